@@ -1,0 +1,226 @@
+/*!
+  \file inflow.hpp
+  \brief A stream of undisturbed gas enters.
+*/
+#ifndef MACHPOINT_INFLOW_HPP
+#define MACHPOINT_INFLOW_HPP
+
+#include <boundary/outflow.hpp>
+#include <boundary/stream.hpp>
+
+namespace Machpoint
+{
+
+/*!
+  \brief Inflow: the gas upstream is a frozen pattern of particles, laid as in
+  the domain, that moves in with the stream's normal velocity.
+
+  A particle enters when its place in the pattern crosses the side; so a
+  lattice continues as a lattice, and random places depend on the seed and on
+  the pattern's cell alone. Particles within `buffer` cells of the side keep
+  the stream's state. Particles that leave through the side are removed.
+*/
+template <int Dim>
+class Inflow : public SideBoundary<Dim>
+{
+  public:
+    static constexpr const char* name = "inflow";
+
+    static Parameters declare( const int dimension )
+    {
+        Parameters p( name, "a uniform stream enters", dimension );
+        SideBoundary<Dim>::declareSide( p );
+        Stream<Dim>::declareState( p );
+        p.integer( "buffer", "cells next to the side that keep the "
+                             "stream's state" )
+            .atLeast( 1 )
+            .defaultsTo( 2 );
+        return p;
+    }
+
+    Inflow( const Json& json, const EquationOfState<Dim>& gas )
+        : SideBoundary<Dim>( json ), _stream( json, gas ),
+          _buffer( json.at( "buffer" ) )
+    {
+    }
+
+    std::vector<SideClaim> sides() const override
+    {
+        return { { this->_part.side, SideKind::open } };
+    }
+    bool isOpen() const override { return true; }
+
+    void initialize( State<Dim>& state ) override { imposeStream( state ); }
+
+    int applyToParticles( State<Dim>& state ) override
+    {
+        const int removed = Impl::markBeyond( state, this->_part );
+        imposeStream( state );
+        return removed;
+    }
+
+    void inject( State<Dim>& state ) override
+    {
+        const int axis = this->_part.axis();
+        const Real h = state.grid.spacing[axis];
+        const Real speed = this->_part.upper() ? -_stream.velocity[axis]
+                                               : _stream.velocity[axis];
+        const Real before = _advanced;
+        _advanced += speed * state.dt;
+        const auto first = static_cast<std::int64_t>( before / h );
+        const auto last = static_cast<std::int64_t>( _advanced / h );
+        int side_cells = 1;
+        for ( int d = 0; d < Dim; ++d )
+            if ( d != axis )
+                side_cells *= state.grid.cells[d];
+        const int candidates =
+            static_cast<int>( last - first + 1 ) * side_cells * state.per_cell;
+        const Pattern pattern{ state.grid,
+                               state.placement,
+                               latticeSize( state.per_cell, Dim ),
+                               state.per_cell,
+                               side_cells,
+                               state.seed,
+                               this->_part,
+                               first };
+        IndexList entering( "Machpoint::entering", candidates );
+        int count = 0;
+        const Real after = _advanced;
+        Kokkos::parallel_scan(
+            "Machpoint::findEntering", Range( 0, candidates ),
+            KOKKOS_LAMBDA( const int k, int& n, const bool final ) {
+                const Real depth = pattern.depth( k );
+                if ( depth < before || depth >= after ||
+                     !pattern.part.contains( pattern.grid,
+                                             pattern.place( k, depth ) ) )
+                    return;
+                if ( final )
+                    entering( n ) = k;
+                ++n;
+            },
+            count );
+        if ( count == 0 )
+            return;
+
+        const int old = state.particles.size();
+        state.particles.resize( old + count );
+        const auto x = state.particles.template slice<Position>();
+        const auto v = state.particles.template slice<Velocity>();
+        const auto L = state.particles.template slice<VelocityGradient>();
+        const auto m = state.particles.template slice<Mass>();
+        const auto V = state.particles.template slice<Volume>();
+        const auto e = state.particles.template slice<SpecificInternalEnergy>();
+        const auto id = state.particles.template slice<Id>();
+        const auto stream = _stream;
+        const Real mass =
+            stream.density * state.grid.cellVolume() / state.per_cell;
+        Kokkos::parallel_for(
+            "Machpoint::inflow", Range( 0, count ),
+            KOKKOS_LAMBDA( const int n ) {
+                const int k = entering( n );
+                const int p = old + n;
+                const auto y = pattern.place( k, after );
+                for ( int d = 0; d < Dim; ++d )
+                    x( p, d ) = y[d];
+                m( p ) = mass;
+                id( p ) = pattern.id( k );
+                stream.impose( p, v, L, m, V, e );
+            } );
+        state.ledger.mass_in += mass * count;
+    }
+
+    //! The frozen gas upstream, cell by cell. Candidate k is particle
+    //! k % per_cell of cell k / per_cell, slab after slab.
+    struct Pattern
+    {
+        Grid<Dim> grid;
+        Placement placement;
+        int q;
+        int per_cell;
+        int side_cells;
+        std::uint64_t seed;
+        SidePart<Dim> part;
+        std::int64_t first_slab;
+
+        KOKKOS_INLINE_FUNCTION std::int64_t slab( const int k ) const
+        {
+            return first_slab + k / ( per_cell * side_cells );
+        }
+        // Slabs are numbered away from the side, sides apart from each other
+        // and from the domain's own cells.
+        KOKKOS_INLINE_FUNCTION std::int64_t cellNumber( const int k ) const
+        {
+            return ( ( part.side + 1ll ) << 44 ) + slab( k ) * side_cells +
+                   ( k / per_cell ) % side_cells;
+        }
+        KOKKOS_INLINE_FUNCTION std::int64_t id( const int k ) const
+        {
+            return cellNumber( k ) * per_cell + k % per_cell;
+        }
+        KOKKOS_INLINE_FUNCTION Vector<Dim> fraction( const int k ) const
+        {
+            return placeInCell<Dim>( placement, q, seed, cellNumber( k ),
+                                     k % per_cell );
+        }
+        //! How far upstream of the side it began.
+        KOKKOS_INLINE_FUNCTION Real depth( const int k ) const
+        {
+            const int axis = part.axis();
+            return ( slab( k ) + fraction( k )[axis] ) * grid.spacing[axis];
+        }
+        //! Where it is when the pattern has moved by `advanced`.
+        KOKKOS_INLINE_FUNCTION Vector<Dim> place( const int k,
+                                                  const Real advanced ) const
+        {
+            const auto f = fraction( k );
+            const int axis = part.axis();
+            int t = ( k / per_cell ) % side_cells;
+            Vector<Dim> x{};
+            for ( int d = 0; d < Dim; ++d )
+                if ( d != axis )
+                {
+                    x[d] = grid.lower[d] +
+                           ( t % grid.cells[d] + f[d] ) * grid.spacing[d];
+                    t /= grid.cells[d];
+                }
+            const Real inside = advanced - depth( k );
+            x[axis] = part.upper()
+                          ? Kokkos::min( grid.upper[axis] - inside,
+                                         justInside( grid.lower[axis],
+                                                     grid.upper[axis] ) )
+                          : grid.lower[axis] + inside;
+            return x;
+        }
+    };
+
+    //! Particles in the buffer keep the stream's state.
+    void imposeStream( State<Dim>& state )
+    {
+        const auto x = state.particles.template slice<Position>();
+        const auto v = state.particles.template slice<Velocity>();
+        const auto L = state.particles.template slice<VelocityGradient>();
+        const auto m = state.particles.template slice<Mass>();
+        const auto V = state.particles.template slice<Volume>();
+        const auto e = state.particles.template slice<SpecificInternalEnergy>();
+        const auto part = this->_part;
+        const auto grid = state.grid;
+        const auto stream = _stream;
+        const Real width = _buffer * grid.spacing[part.axis()];
+        Kokkos::parallel_for(
+            "Machpoint::imposeStream", Range( 0, state.particles.size() ),
+            KOKKOS_LAMBDA( const int p ) {
+                const auto y = get<Dim>( x, p );
+                if ( part.depth( grid, y ) < width && part.contains( grid, y ) )
+                    stream.impose( p, v, L, m, V, e );
+            } );
+    }
+
+  private:
+    Stream<Dim> _stream;
+    int _buffer;
+    Real _advanced = 0; // how far the pattern has moved in
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,76 @@
+/*!
+  \file outflow.hpp
+  \brief Gas leaves; beyond the side the same gas goes on (zero gradient).
+*/
+#ifndef MACHPOINT_OUTFLOW_HPP
+#define MACHPOINT_OUTFLOW_HPP
+
+#include <boundary/side.hpp>
+
+namespace Machpoint
+{
+
+namespace Impl
+{
+//! Marks the particles beyond part of a side for removal and adds their mass
+//! to the ledger. \return how many
+template <int Dim>
+int markBeyond( State<Dim>& state, const SidePart<Dim>& part )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto id = state.particles.template slice<Id>();
+    const auto grid = state.grid;
+    Real mass = 0;
+    int count = 0;
+    Kokkos::parallel_reduce(
+        "Machpoint::outflow", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p, Real& mass_sum, int& marked ) {
+            const auto y = get<Dim>( x, p );
+            // On the upper side itself is beyond: it has no cell.
+            const Real depth = part.depth( grid, y );
+            if ( depth > 0 || ( depth == 0 && !part.upper() ) || id( p ) < 0 ||
+                 !part.contains( grid, y ) )
+                return;
+            mass_sum += m( p );
+            ++marked;
+            id( p ) = -1;
+        },
+        mass, count );
+    state.ledger.mass_out += mass;
+    return count;
+}
+} // namespace Impl
+
+//! Outflow: exact for supersonic flow, weakly reflecting for subsonic.
+template <int Dim>
+class Outflow : public SideBoundary<Dim>
+{
+  public:
+    static constexpr const char* name = "outflow";
+
+    static Parameters declare( const int dimension )
+    {
+        Parameters p( name, "gas leaves; zero gradient beyond the side",
+                      dimension );
+        SideBoundary<Dim>::declareSide( p );
+        return p;
+    }
+
+    explicit Outflow( const Json& json ) : SideBoundary<Dim>( json ) {}
+
+    std::vector<SideClaim> sides() const override
+    {
+        return { { this->_part.side, SideKind::open } };
+    }
+    bool isOpen() const override { return true; }
+
+    int applyToParticles( State<Dim>& state ) override
+    {
+        return Impl::markBeyond( state, this->_part );
+    }
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,95 @@
+/*!
+  \file recycle.hpp
+  \brief The paper's inflow: what leaves is put back at a random place of the
+  inflow side, undisturbed.
+*/
+#ifndef MACHPOINT_RECYCLE_HPP
+#define MACHPOINT_RECYCLE_HPP
+
+#include <boundary/side.hpp>
+#include <boundary/stream.hpp>
+#include <core/random.hpp>
+
+namespace Machpoint
+{
+
+/*!
+  \brief Takes an outflow side and the opposite side, through which the gas
+  comes back: a particle beyond either is moved into the first layer of cells
+  of the inflow side, at a random place, with the stream's state. Mass and
+  the number of particles stay (Baioni et al. 2023).
+*/
+template <int Dim>
+class Recycle : public Module<Dim>
+{
+  public:
+    static constexpr const char* name = "recycle";
+
+    static Parameters declare( const int dimension )
+    {
+        Parameters p( name,
+                      "what leaves here re-enters through the opposite side",
+                      dimension );
+        p.choice( "side", sideNames( dimension ),
+                  "outflow side; the opposite side becomes the inflow" );
+        Stream<Dim>::declareState( p );
+        return p;
+    }
+
+    Recycle( const Json& json, const EquationOfState<Dim>& gas )
+        : _side( sideNumber( json.at( "side" ) ) ), _stream( json, gas )
+    {
+    }
+
+    std::vector<SideClaim> sides() const override
+    {
+        return { { _side, SideKind::open }, { _side ^ 1, SideKind::open } };
+    }
+    bool isOpen() const override { return true; }
+
+    int applyToParticles( State<Dim>& state ) override
+    {
+        const auto x = state.particles.template slice<Position>();
+        const auto v = state.particles.template slice<Velocity>();
+        const auto L = state.particles.template slice<VelocityGradient>();
+        const auto m = state.particles.template slice<Mass>();
+        const auto V = state.particles.template slice<Volume>();
+        const auto e = state.particles.template slice<SpecificInternalEnergy>();
+        const auto id = state.particles.template slice<Id>();
+        const auto grid = state.grid;
+        const auto stream = _stream;
+        const auto seed = state.seed;
+        const auto step = static_cast<std::uint64_t>( state.step );
+        const int axis = _side / 2;
+        const bool enters_low = _side % 2 == 1;
+        Kokkos::parallel_for(
+            "Machpoint::recycle", Range( 0, state.particles.size() ),
+            KOKKOS_LAMBDA( const int p ) {
+                if ( x( p, axis ) >= grid.lower[axis] &&
+                     x( p, axis ) < grid.upper[axis] )
+                    return;
+                for ( int d = 0; d < Dim; ++d )
+                {
+                    const Real draw = uniformRandom(
+                        seed ^ mixBits( step + 1 ),
+                        static_cast<std::uint64_t>( id( p ) ), d );
+                    const Real length = d == axis
+                                            ? grid.spacing[d]
+                                            : grid.upper[d] - grid.lower[d];
+                    x( p, d ) = d == axis && !enters_low
+                                    ? grid.upper[d] - ( 1 - draw ) * length
+                                    : grid.lower[d] + draw * length;
+                }
+                stream.impose( p, v, L, m, V, e );
+            } );
+        return 0;
+    }
+
+  private:
+    int _side;
+    Stream<Dim> _stream;
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,63 @@
+/*!
+  \file stream.hpp
+  \brief The undisturbed gas that an inflow or a recycling boundary prescribes.
+*/
+#ifndef MACHPOINT_STREAM_HPP
+#define MACHPOINT_STREAM_HPP
+
+#include <core/module.hpp>
+
+namespace Machpoint
+{
+
+//! A uniform gas state. The energy follows from the equation of state.
+template <int Dim>
+struct Stream
+{
+    Real density = 0;
+    Vector<Dim> velocity{};
+    Real pressure = 0;
+    Real specific_internal_energy = 0;
+
+    //! Declares `density`, `velocity`, `pressure`.
+    static void declareState( Parameters& p )
+    {
+        p.number( "density", "of the incoming gas" )
+            .unit( "mass/length^Dim" )
+            .above( 0 );
+        p.vector( "velocity", "of the incoming gas" ).unit( "length/time" );
+        p.number( "pressure", "of the incoming gas" )
+            .unit( "pressure" )
+            .above( 0 );
+    }
+
+    Stream() = default;
+    Stream( const Json& json, const EquationOfState<Dim>& gas )
+        : density( json.at( "density" ) ),
+          velocity( toVector<Dim>( json.at( "velocity" ) ) ),
+          pressure( json.at( "pressure" ) ),
+          specific_internal_energy(
+              gas.specificInternalEnergy( density, pressure ) )
+    {
+    }
+
+    //! Gives particle p this state; its mass stays.
+    template <class V, class C, class M, class Vol, class E>
+    KOKKOS_INLINE_FUNCTION void impose( const int p, const V& v, const C& L,
+                                        const M& m, const Vol& volume,
+                                        const E& e ) const
+    {
+        for ( int a = 0; a < Dim; ++a )
+        {
+            v( p, a ) = velocity[a];
+            for ( int b = 0; b < Dim; ++b )
+                L( p, a, b ) = 0;
+        }
+        e( p ) = specific_internal_energy;
+        volume( p ) = m( p ) / density;
+    }
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,79 @@
+/*!
+  \file walls.hpp
+  \brief Slip and no-slip walls: the grid mirrors the gas (core/halo.hpp); a
+  particle that a long step carried beyond is reflected.
+*/
+#ifndef MACHPOINT_WALLS_HPP
+#define MACHPOINT_WALLS_HPP
+
+#include <boundary/side.hpp>
+
+namespace Machpoint
+{
+
+//! A wall on a side. \tparam Kind SideKind::slip or SideKind::no_slip
+template <int Dim, SideKind Kind>
+class Wall : public SideBoundary<Dim>
+{
+  public:
+    static constexpr const char* name =
+        Kind == SideKind::slip ? "slip_wall" : "no_slip_wall";
+
+    static Parameters declare( const int dimension )
+    {
+        Parameters p( name,
+                      Kind == SideKind::slip
+                          ? "wall without friction, or plane of symmetry"
+                          : "wall to which the gas sticks",
+                      dimension );
+        SideBoundary<Dim>::declareSide( p );
+        return p;
+    }
+
+    explicit Wall( const Json& json ) : SideBoundary<Dim>( json ) {}
+
+    std::vector<SideClaim> sides() const override
+    {
+        return { { this->_part.side, Kind } };
+    }
+
+    int applyToParticles( State<Dim>& state ) override
+    {
+        const auto x = state.particles.template slice<Position>();
+        const auto v = state.particles.template slice<Velocity>();
+        const auto part = this->_part;
+        const auto grid = state.grid;
+        const int axis = part.axis();
+        const Real lower = grid.lower[axis];
+        const Real inside = justInside( lower, grid.upper[axis] );
+        Kokkos::parallel_for(
+            "Machpoint::wall", Range( 0, state.particles.size() ),
+            KOKKOS_LAMBDA( const int p ) {
+                const Real depth = part.depth( grid, get<Dim>( x, p ) );
+                if ( depth >= 0 && x( p, axis ) <= inside )
+                    return;
+                if ( !part.contains( grid, get<Dim>( x, p ) ) )
+                    return;
+                if ( depth < 0 )
+                {
+                    x( p, axis ) += part.upper() ? 2 * depth : -2 * depth;
+                    v( p, axis ) = -v( p, axis );
+                }
+                // A position on the upper side would have no cell.
+                x( p, axis ) = Kokkos::clamp( x( p, axis ), lower, inside );
+            } );
+        return 0;
+    }
+};
+
+//! Wall without friction, or plane of symmetry.
+template <int Dim>
+using SlipWall = Wall<Dim, SideKind::slip>;
+
+//! Wall to which the gas sticks.
+template <int Dim>
+using NoSlipWall = Wall<Dim, SideKind::no_slip>;
+
+} // namespace Machpoint
+
+#endif

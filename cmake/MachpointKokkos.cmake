@@ -1,0 +1,34 @@
+# Finds Kokkos and checks it against Machpoint_BACKEND. Alone in this file
+# because tools/setup makes the same check before it builds a Kokkos.
+
+# No version here: Kokkos' own version file accepts one major at a time.
+find_package(Kokkos QUIET)
+if(NOT Kokkos_FOUND)
+  message(
+    FATAL_ERROR
+      "Kokkos was not found. Run tools/setup, or set Kokkos_ROOT to the "
+      "prefix of one (4.6 up to and including 5.x).\n"
+      "${Kokkos_NOT_FOUND_MESSAGE}")
+endif()
+if(Kokkos_VERSION VERSION_LESS 4.6 OR Kokkos_VERSION VERSION_GREATER_EQUAL 6)
+  message(
+    FATAL_ERROR
+      "The Kokkos in ${Kokkos_DIR} is ${Kokkos_VERSION}, and Machpoint takes "
+      "4.6 up to and including 5.x. Run tools/setup, or set Kokkos_ROOT to "
+      "the prefix of another.")
+endif()
+
+if(Machpoint_BACKEND AND NOT Machpoint_BACKEND MATCHES "^(CUDA|OPENMP|SERIAL)$")
+  message(
+    FATAL_ERROR "Machpoint_BACKEND is '${Machpoint_BACKEND}'; it is CUDA, "
+                "OPENMP, SERIAL, or empty for Kokkos' default.")
+endif()
+if(Machpoint_BACKEND AND NOT Machpoint_BACKEND IN_LIST Kokkos_DEVICES)
+  string(TOLOWER "${Machpoint_BACKEND}" preset)
+  message(
+    FATAL_ERROR
+      "Machpoint_BACKEND is ${Machpoint_BACKEND}, but the Kokkos in "
+      "${Kokkos_DIR} offers ${Kokkos_DEVICES}. Run `tools/setup --preset "
+      "${preset}`, or set Kokkos_ROOT to the prefix of one that was built "
+      "with Kokkos_ENABLE_${Machpoint_BACKEND}=ON.")
+endif()

@@ -1,0 +1,548 @@
+/*!
+  \file exact.cpp
+  \brief Exact solutions: Riemann problem, uniform flow, hydrostatic column,
+  piston.
+*/
+#include <core/exact.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//---------------------------------------------------------------------------//
+// Riemann problem
+//---------------------------------------------------------------------------//
+namespace
+{
+constexpr Real infinity = std::numeric_limits<Real>::infinity();
+
+//! Refuses what no stiffened gas can be; pressure is the shifted one.
+void requireGas( const GasState& gas, const std::string& side )
+{
+    const bool is_finite =
+        std::isfinite( gas.density ) && std::isfinite( gas.pressure ) &&
+        std::all_of( &gas.velocity[0], &gas.velocity[0] + 3,
+                     []( Real v ) { return std::isfinite( v ); } );
+    if ( !is_finite )
+        throw std::invalid_argument( side + " state is not finite" );
+    if ( gas.density < 0 )
+        throw std::invalid_argument( side + " density is negative" );
+    if ( gas.density > 0 && gas.pressure < 0 )
+        throw std::invalid_argument( side +
+                                     " pressure is below that of a cold gas" );
+}
+} // namespace
+
+RiemannSolution::RiemannSolution( GasState left, GasState right, Real gamma,
+                                  Real pressure_offset )
+    : _gamma( gamma ), _offset( pressure_offset )
+{
+    if ( !( gamma > 1 ) || !std::isfinite( gamma ) )
+        throw std::invalid_argument( "gamma must be finite and > 1" );
+    if ( !( pressure_offset >= 0 ) || !std::isfinite( pressure_offset ) )
+        throw std::invalid_argument( "pressure offset must be finite, >= 0" );
+    left.pressure += _offset;
+    right.pressure += _offset;
+    requireGas( left, "left" );
+    requireGas( right, "right" );
+    if ( left.density == 0 && right.density == 0 )
+        throw std::invalid_argument( "both states are vacuum" );
+
+    _left = makeSide( left, 1 );
+    _right = makeSide( right, -1 );
+
+    // Each gas can expand up to its escape velocity; where these leave a gap
+    // there is vacuum (Toro 2009, section 4.6).
+    const Real escape = 2 / ( _gamma - 1 );
+    _left.star_velocity = left.density > 0
+                              ? _left.velocity + escape * _left.sound_speed
+                              : -infinity;
+    _right.star_velocity = right.density > 0
+                               ? _right.velocity + escape * _right.sound_speed
+                               : -infinity;
+    // In the mirrored frame the right front stands at minus its velocity.
+    const Real gap = -_right.star_velocity - _left.star_velocity;
+    _has_vacuum = gap > 0;
+    if ( gap >= 0 )
+    {
+        _star_pressure = 0;
+        if ( left.density == 0 )
+            _star_velocity = -_right.star_velocity;
+        else if ( right.density == 0 )
+            _star_velocity = _left.star_velocity;
+        else
+            _star_velocity =
+                0.5 * ( _left.star_velocity - _right.star_velocity );
+    }
+    else
+    {
+        _star_pressure = solvePressure();
+        _star_velocity = 0.5 * ( _left.velocity - _right.velocity +
+                                 jump( _right, _star_pressure ) -
+                                 jump( _left, _star_pressure ) );
+        _left.star_velocity = _star_velocity;
+        _right.star_velocity = -_star_velocity;
+    }
+    closeSide( _left );
+    closeSide( _right );
+}
+
+RiemannSolution::Side RiemannSolution::makeSide( const GasState& gas,
+                                                 Real sign ) const
+{
+    Side side = {};
+    side.gas = gas;
+    side.velocity = sign * gas.velocity[0];
+    // A vacuum has neither pressure nor a sound speed.
+    side.sound_speed =
+        gas.density > 0 ? std::sqrt( _gamma * gas.pressure / gas.density ) : 0;
+    return side;
+}
+
+//! How much a wave to the given pressure slows the gas down: through a shock
+//! or a fan (Toro 2009, eq. 4.6 and 4.7).
+Real RiemannSolution::jump( const Side& side, Real pressure ) const
+{
+    const Real p = side.gas.pressure;
+    if ( pressure > p )
+        return ( pressure - p ) *
+               std::sqrt( 2 / ( side.gas.density * ( ( _gamma + 1 ) * pressure +
+                                                     ( _gamma - 1 ) * p ) ) );
+    if ( p == 0 )
+        return 0;
+    // expm1 keeps its accuracy where the wave is weak.
+    return 2 * side.sound_speed / ( _gamma - 1 ) *
+           std::expm1( ( _gamma - 1 ) / ( 2 * _gamma ) *
+                       std::log( pressure / p ) );
+}
+
+Real RiemannSolution::jumpDerivative( const Side& side, Real pressure ) const
+{
+    const Real p = side.gas.pressure;
+    if ( pressure > p )
+    {
+        const Real sum = ( _gamma + 1 ) * pressure + ( _gamma - 1 ) * p;
+        return std::sqrt( 2 / ( side.gas.density * sum ) ) *
+               ( 1 - 0.5 * ( _gamma + 1 ) * ( pressure - p ) / sum );
+    }
+    return std::pow( pressure / p, -( _gamma + 1 ) / ( 2 * _gamma ) ) /
+           ( side.gas.density * side.sound_speed );
+}
+
+//! The shifted pressure at which both waves lead to the same velocity. There
+//! is one, because the caller has ruled vacuum out.
+Real RiemannSolution::solvePressure() const
+{
+    const Real approach = _left.velocity + _right.velocity;
+    const auto excess = [&]( Real p )
+    { return jump( _left, p ) + jump( _right, p ) - approach; };
+
+    const Real pl = _left.gas.pressure, pr = _right.gas.pressure;
+    const Real lowest = std::min( pl, pr );
+    if ( lowest > 0 && excess( lowest ) >= 0 )
+    {
+        // Two fans, which have a closed solution (Toro 2009, eq. 4.46).
+        const Real z = ( _gamma - 1 ) / ( 2 * _gamma );
+        const Real sum = _left.sound_speed + _right.sound_speed +
+                         0.5 * ( _gamma - 1 ) * approach;
+        return pl *
+               std::pow( sum / ( _left.sound_speed +
+                                 _right.sound_speed * std::pow( pl / pr, z ) ),
+                         1 / z );
+    }
+
+    // Otherwise Newton from a pressure that is too low: the excess increases
+    // and is concave, so that no step goes too far and every one goes up.
+    Real p = lowest;
+    if ( !( p > 0 ) )
+    {
+        p = std::max( pl, pr ) +
+            std::max( _left.gas.density, _right.gas.density ) * approach *
+                approach;
+        while ( excess( p ) > 0 )
+            p *= 1e-3;
+    }
+    // Ends where round-off stops the ascent; the count only guards it.
+    for ( int i = 0; i < 200; ++i )
+    {
+        const Real slope =
+            jumpDerivative( _left, p ) + jumpDerivative( _right, p );
+        const Real next = p - excess( p ) / slope;
+        if ( !( next > p ) )
+            break;
+        p = next;
+    }
+    return p;
+}
+
+//! Density behind the wave and its speeds, from pressure and velocity there
+//! (Toro 2009, section 4.4).
+void RiemannSolution::closeSide( Side& side ) const
+{
+    const Real p = side.gas.pressure;
+    side.star_density = side.gas.density;
+    side.head = side.tail = side.velocity - side.sound_speed;
+    if ( side.gas.density == 0 )
+    {
+        side.head = side.tail = side.star_velocity;
+    }
+    else if ( _star_pressure > p )
+    {
+        const Real up = _gamma + 1, down = _gamma - 1;
+        side.star_density *= ( up * _star_pressure + down * p ) /
+                             ( down * _star_pressure + up * p );
+        const Real mass_flux = std::sqrt( 0.5 * side.gas.density *
+                                          ( up * _star_pressure + down * p ) );
+        side.head = side.tail = side.velocity - mass_flux / side.gas.density;
+    }
+    else if ( _star_pressure < p )
+    {
+        const Real ratio = _star_pressure / p;
+        side.star_density *= std::pow( ratio, 1 / _gamma );
+        side.tail = side.star_velocity -
+                    side.sound_speed *
+                        std::pow( ratio, ( _gamma - 1 ) / ( 2 * _gamma ) );
+    }
+}
+
+//! The state on a ray that lies on the gas' side of the contact; speed and the
+//! side are seen with that side on the left, sign leads back.
+GasState RiemannSolution::sampleSide( const Side& side, Real speed,
+                                      Real sign ) const
+{
+    GasState result = side.gas;
+    if ( speed >= side.tail )
+    {
+        result.density = side.star_density;
+        result.velocity[0] = sign * side.star_velocity;
+        result.pressure = _star_pressure;
+    }
+    else if ( speed > side.head )
+    {
+        // Inside the fan (Toro 2009, eq. 4.56).
+        const Real c = side.sound_speed;
+        const Real ratio = 2 / ( _gamma + 1 ) + ( _gamma - 1 ) /
+                                                    ( ( _gamma + 1 ) * c ) *
+                                                    ( side.velocity - speed );
+        result.density *= std::pow( ratio, 2 / ( _gamma - 1 ) );
+        result.velocity[0] = sign * ( speed + ratio * c );
+        result.pressure *= std::pow( ratio, 2 * _gamma / ( _gamma - 1 ) );
+    }
+    result.pressure -= _offset;
+    return result;
+}
+
+GasState RiemannSolution::sample( Real x_over_t ) const
+{
+    if ( x_over_t <= _left.star_velocity )
+        return sampleSide( _left, x_over_t, 1 );
+    // Without vacuum both star velocities are the contact's.
+    if ( x_over_t >= -_right.star_velocity )
+        return sampleSide( _right, -x_over_t, -1 );
+    return { 0, { x_over_t, 0, 0 }, -_offset };
+}
+
+std::array<Real, 5> RiemannSolution::waveSpeeds() const
+{
+    std::array<Real, 5> speeds = { _left.head, _left.tail, _star_velocity,
+                                   -_right.tail, -_right.head };
+    if ( _left.gas.density == 0 )
+        speeds[0] = speeds[1] = _star_velocity;
+    if ( _right.gas.density == 0 )
+        speeds[3] = speeds[4] = _star_velocity;
+    return speeds;
+}
+
+//---------------------------------------------------------------------------//
+// Solutions by name
+//---------------------------------------------------------------------------//
+ExactSolution::~ExactSolution() = default;
+
+namespace
+{
+//! Up to three numbers of the input as a vector, zeros behind them.
+Vector<3> toVector3( const Json& json )
+{
+    Vector<3> result = { 0, 0, 0 };
+    for ( std::size_t d = 0; d < json.size(); ++d )
+        result[d] = json[d].get<Real>();
+    return result;
+}
+
+Vector<3> axisVector( const Json& axis )
+{
+    Vector<3> result = { 0, 0, 0 };
+    result[axis.get<std::string>().at( 0 ) - 'x'] = 1;
+    return result;
+}
+
+GasState toGasState( const Json& json )
+{
+    return { json.at( "density" ).get<Real>(),
+             toVector3( json.at( "velocity" ) ),
+             json.at( "pressure" ).get<Real>() };
+}
+
+//! The first entry of a type in a list of the input.
+const Json& firstOfType( const Json& input, const std::string& list,
+                         const std::string& type )
+{
+    for ( const Json& entry : input.at( list ) )
+        if ( entry.at( "type" ) == type )
+            return entry;
+    throw std::invalid_argument( "/exact: needs an entry of type \"" + type +
+                                 "\" in /" + list );
+}
+
+//! What the Riemann problem needs to know of the equation of state.
+struct GasLaw
+{
+    Real gamma;
+    Real pressure_offset;
+};
+
+GasLaw gasLaw( const Json& input )
+{
+    for ( const Json& effect : input.at( "physics" ) )
+    {
+        if ( effect.at( "type" ) == "ideal_gas" )
+            return { effect.at( "gamma" ).get<Real>(), 0 };
+        if ( effect.at( "type" ) == "stiffened_gas" )
+            return { effect.at( "gamma" ).get<Real>(),
+                     effect.at( "reference_pressure" ).get<Real>() };
+    }
+    throw std::invalid_argument( "/exact: needs an entry of type "
+                                 "\"ideal_gas\" or \"stiffened_gas\" in "
+                                 "/physics" );
+}
+
+//! Swaps the x axis and a unit vector by reflection; its own inverse.
+Vector<3> reflect( const Vector<3>& v, const Vector<3>& normal )
+{
+    const Vector<3> w = { 1 - normal[0], -normal[1], -normal[2] };
+    const Real square = dot<3>( w, w );
+    if ( square == 0 )
+        return v;
+    const Real factor = 2 * dot<3>( w, v ) / square;
+    return { v[0] - factor * w[0], v[1] - factor * w[1], v[2] - factor * w[2] };
+}
+
+//! A state with its velocity in the frame whose first axis is the normal.
+GasState reflect( GasState gas, const Vector<3>& normal )
+{
+    gas.velocity = reflect( gas.velocity, normal );
+    return gas;
+}
+
+//! Two uniform states that meet at a plane.
+class RiemannExact : public ExactSolution
+{
+  public:
+    RiemannExact( const Json& initial, const GasLaw& law )
+        : _normal( unitNormal( initial ) ),
+          _position( initial.at( "position" ).get<Real>() ),
+          _solution( reflect( toGasState( initial.at( "left" ) ), _normal ),
+                     reflect( toGasState( initial.at( "right" ) ), _normal ),
+                     law.gamma, law.pressure_offset )
+    {
+    }
+
+    GasState state( const Vector<3>& x, Real t ) const override
+    {
+        const Real distance = dot<3>( _normal, x ) - _position;
+        // At the start every point lies infinitely many speeds away.
+        const Real speed =
+            t > 0 ? distance / t : ( distance < 0 ? -infinity : infinity );
+        return reflect( _solution.sample( speed ), _normal );
+    }
+
+  private:
+    Vector<3> _normal;
+    Real _position;
+    RiemannSolution _solution;
+
+    static Vector<3> unitNormal( const Json& initial )
+    {
+        if ( !initial.contains( "normal" ) )
+            return axisVector( initial.at( "axis" ) );
+        Vector<3> normal = toVector3( initial.at( "normal" ) );
+        const Real length = std::hypot( normal[0], normal[1], normal[2] );
+        if ( !( length > 0 ) )
+            throw std::invalid_argument(
+                "/exact: the normal of the riemann entry in /initial is zero" );
+        for ( int d = 0; d < 3; ++d )
+            normal[d] /= length;
+        return normal;
+    }
+};
+
+//! The same state everywhere and for ever.
+class UniformExact : public ExactSolution
+{
+  public:
+    explicit UniformExact( const GasState& gas ) : _gas( gas ) {}
+
+    GasState state( const Vector<3>&, Real ) const override { return _gas; }
+
+  private:
+    GasState _gas;
+};
+
+//! An isothermal column at rest: dp/dx = rho g with p / rho constant.
+class HydrostaticExact : public ExactSolution
+{
+  public:
+    explicit HydrostaticExact( const Json& initial )
+        : _axis( axisVector( initial.at( "axis" ) ) ),
+          _base( initial.at( "position" ).get<Real>() ),
+          _density( initial.at( "density" ).get<Real>() ),
+          _pressure( initial.at( "pressure" ).get<Real>() ),
+          _gravity( initial.at( "gravity" ).get<Real>() )
+    {
+        if ( !( _density > 0 && _pressure > 0 ) )
+            throw std::invalid_argument( "/exact: the hydrostatic entry in "
+                                         "/initial needs a density and a "
+                                         "pressure > 0" );
+    }
+
+    GasState state( const Vector<3>& x, Real ) const override
+    {
+        const Real height = dot<3>( _axis, x ) - _base;
+        const Real ratio = std::exp( _gravity * _density / _pressure * height );
+        return { _density * ratio, { 0, 0, 0 }, _pressure * ratio };
+    }
+
+  private:
+    Vector<3> _axis;
+    Real _base;
+    Real _density;
+    Real _pressure;
+    Real _gravity;
+};
+
+/*!
+  A piston that moves along an axis from t = 0, with uniform gas before it.
+
+  The gas behaves as if its mirror image in the piston stood on the other side:
+  the contact of that Riemann problem moves with the piston. So the shock obeys
+  the jump conditions at any strength, and a piston that recedes draws a fan.
+  Behind the piston there is no gas; asked there, the answer is the state at
+  the piston.
+*/
+class PistonExact : public ExactSolution
+{
+  public:
+    PistonExact( const Json& exact, const GasState& gas, const GasLaw& law )
+        : _axis( axisVector( exact.at( "axis" ) ) ),
+          _position( exact.at( "position" ).get<Real>() ),
+          _velocity( exact.at( "velocity" ).get<Real>() ),
+          _solution( mirrored( reflect( gas, _axis ), _velocity ),
+                     reflect( gas, _axis ), law.gamma, law.pressure_offset )
+    {
+    }
+
+    GasState state( const Vector<3>& x, Real t ) const override
+    {
+        const Real distance = dot<3>( _axis, x ) - _position;
+        Real speed = infinity;
+        if ( t > 0 )
+            speed = distance / t;
+        else if ( distance < 0 )
+            speed = -infinity;
+        return reflect( _solution.sample( std::max( speed, _velocity ) ),
+                        _axis );
+    }
+
+  private:
+    Vector<3> _axis;
+    Real _position;
+    Real _velocity;
+    RiemannSolution _solution;
+
+    static GasState mirrored( GasState gas, Real piston_velocity )
+    {
+        gas.velocity[0] = 2 * piston_velocity - gas.velocity[0];
+        return gas;
+    }
+};
+} // namespace
+
+std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
+{
+    if ( !resolved_input.contains( "exact" ) )
+        return nullptr;
+    const Json& exact = resolved_input.at( "exact" );
+    const std::string type = exact.at( "type" ).get<std::string>();
+    const auto initial = [&]( const std::string& name ) -> const Json&
+    { return firstOfType( resolved_input, "initial", name ); };
+
+    try
+    {
+        if ( type == "riemann" )
+            return std::make_unique<RiemannExact>( initial( "riemann" ),
+                                                   gasLaw( resolved_input ) );
+        if ( type == "uniform" )
+            return std::make_unique<UniformExact>(
+                toGasState( initial( "uniform" ) ) );
+        if ( type == "hydrostatic" )
+            return std::make_unique<HydrostaticExact>(
+                initial( "hydrostatic" ) );
+        if ( type == "piston_shock" )
+            return std::make_unique<PistonExact>(
+                exact, toGasState( initial( "uniform" ) ),
+                gasLaw( resolved_input ) );
+    }
+    catch ( const std::invalid_argument& error )
+    {
+        const std::string what = error.what();
+        // The Riemann solution knows nothing of an input and its places.
+        throw std::invalid_argument(
+            what.starts_with( "/" ) ? what : "/exact: " + what );
+    }
+    throw std::invalid_argument( "/exact/type: there is no exact solution \"" +
+                                 type + "\"" );
+}
+
+Family exactFamily()
+{
+    const auto members = []( int dimension )
+    {
+        std::vector<Parameters> solutions;
+        solutions.emplace_back(
+            "riemann", "two states that meet at a plane, from /initial",
+            dimension );
+        solutions.emplace_back(
+            "uniform", "the uniform state of /initial, for ever", dimension );
+        solutions.emplace_back( "hydrostatic",
+                                "the isothermal column of /initial at rest",
+                                dimension );
+
+        Parameters piston( "piston_shock",
+                           "piston that moves into the uniform state of "
+                           "/initial",
+                           dimension );
+        const std::vector<std::string> axes = { "x", "y", "z" };
+        piston
+            .choice( "axis",
+                     { axes.begin(),
+                       axes.begin() + ( dimension == 0 ? 3 : dimension ) },
+                     "axis along which it moves" )
+            .defaultsTo( "x" );
+        piston.number( "position", "where it starts" ).unit( "length" );
+        piston
+            .number( "velocity", "its velocity, along the axis; the gas lies "
+                                 "on the upper side" )
+            .unit( "velocity" );
+        solutions.push_back( piston );
+        return solutions;
+    };
+    return { "exact", members };
+}
+
+} // namespace Machpoint

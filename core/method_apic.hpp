@@ -1,0 +1,159 @@
+/*!
+  \file method_apic.hpp
+  \brief `apic`: affine transfer (Jiang et al. 2015) with the centred energy
+  update and the return of transfer losses as heat.
+*/
+#ifndef MACHPOINT_METHOD_APIC_HPP
+#define MACHPOINT_METHOD_APIC_HPP
+
+#include <core/transfer.hpp>
+
+namespace Machpoint
+{
+
+namespace Impl
+{
+/*!
+  \brief G2P of `apic` (docs/method.md, section 5).
+
+  v' = sum w v'_i, C' = sum w v'_i (x_i - x)^T / (moment),
+  V' = V (1 + dt D), e' = e - dt p V D / m + loss, x' = x + dt v',
+  D = sum grad w . (v_i + v'_i) / 2.
+
+  The loss is the kinetic energy that the two transfers would destroy:
+  sum w |u_p(x_i) - v_i|^2 / 2 on the way to the grid and the residual of the
+  affine fit on the way back. Both are non-negative; returned as heat they make
+  sum m (e + |v|^2/2 + moment |C|^2/2) exact.
+*/
+template <class Basis, int Dim>
+void gridToParticlesApic( const State<Dim>& state )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto velocities = state.nodes.velocities;
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    const Real dt = state.dt;
+    Kokkos::parallel_for(
+        "Machpoint::gridToParticles", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            const Vector<Dim> old_x = get<Dim>( x, p );
+            const Vector<Dim> old_v = get<Dim>( v, p );
+            const Stencil<Basis, Dim> s( grid, layout, old_x );
+            // Sums relative to the old velocity: a uniform flow then has
+            // zeros to add, not large numbers that cancel.
+            Vector<Dim> change{};        // sum w (v'_i - v)
+            Vector<Dim> B[Dim] = {};     // sum w (v'_i - v) (x_i - x)^T
+            Vector<Dim> slope[Dim] = {}; // sum v'_i grad w
+            Real squares = 0;            // sum w |v'_i - v|^2
+            Real mixing = 0;             // sum w |u_p(x_i) - v_i|^2
+            Real D = 0;
+            forEachNode<Basis, Dim>(
+                s, layout,
+                [&]( const StencilNode<Dim>& i )
+                {
+                    const auto u = affineVelocity<Dim>( v, C, p, i.dx );
+                    for ( int a = 0; a < Dim; ++a )
+                    {
+                        const Real v_i = velocities( i.row, a );
+                        const Real new_i = velocities( i.row, Dim + a );
+                        const Real step = new_i - old_v[a];
+                        change[a] += i.weight * step;
+                        squares += i.weight * step * step;
+                        mixing += i.weight * ( u[a] - v_i ) * ( u[a] - v_i );
+                        D += i.gradient[a] * 0.5 * ( v_i + new_i );
+                        for ( int b = 0; b < Dim; ++b )
+                        {
+                            if constexpr ( Basis::constant_moment )
+                                B[a][b] += i.weight * step * i.dx[b];
+                            else
+                                slope[a][b] += new_i * i.gradient[b];
+                        }
+                    }
+                } );
+            Real affine = 0;     // sum |C'|^2 moment at the old position
+            Real affine_new = 0; // and at the new one
+            for ( int a = 0; a < Dim; ++a )
+            {
+                squares -= change[a] * change[a];
+                const Real new_v = old_v[a] + change[a];
+                v( p, a ) = new_v;
+                x( p, a ) = old_x[a] + dt * new_v;
+            }
+            for ( int b = 0; b < Dim; ++b )
+            {
+                const Real h = grid.spacing[b];
+                const Real moment = s.moment( b, h );
+                Real moment_new = moment;
+                if constexpr ( !Basis::constant_moment )
+                {
+                    // Hats: the affine energy depends on the place in the
+                    // cell; what it changes by becomes heat.
+                    const int c = grid.cell( x( p, b ), b );
+                    moment_new =
+                        h * h *
+                        Basis::moment( ( x( p, b ) - grid.lower[b] ) / h - c );
+                }
+                for ( int a = 0; a < Dim; ++a )
+                {
+                    // For hats the fit's slope is the gradient itself, which
+                    // stays finite where the moment vanishes.
+                    const Real slope_ab =
+                        Basis::constant_moment ? B[a][b] / moment : slope[a][b];
+                    C( p, a, b ) = slope_ab;
+                    affine += slope_ab * slope_ab * moment;
+                    affine_new += slope_ab * slope_ab * moment_new;
+                }
+            }
+            const Real residual = Kokkos::max( squares - affine, 0.0 );
+            const Real loss = 0.5 * ( mixing + residual + affine - affine_new );
+            e( p ) += loss - dt * pressure( p ) * V( p ) / m( p ) * D;
+            V( p ) *= Kokkos::max( 1 + dt * D, min_volume_ratio );
+        } );
+}
+} // namespace Impl
+
+//! The `apic` method: what differs between methods within a step.
+struct Apic
+{
+    static constexpr const char* name = "apic";
+    static constexpr const char* summary =
+        "affine particle-in-cell with centred, conservative energy update";
+    static constexpr const char* default_basis = "quadratic";
+    static constexpr bool affine = true;
+
+    //! Node fields beyond those of State; none.
+    template <int Dim>
+    struct Storage
+    {
+        explicit Storage( const State<Dim>& ) {}
+    };
+
+    //! Lines 6 to 10: everything from the new node velocities to the new
+    //! particles, positions included. \param constrain applies boundaries to
+    //! a node velocity; unused, as `apic` has no second grid velocity.
+    template <class Basis, int Dim, class Constrain>
+    static void gridToParticles( State<Dim>& state, Storage<Dim>&,
+                                 const Constrain& )
+    {
+        Impl::gridToParticlesApic<Basis, Dim>( state );
+    }
+
+    //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:
+    //! sum w (x_i - x)_b^2 / 2. \param f place in the cell along b
+    template <class Basis>
+    KOKKOS_INLINE_FUNCTION static Real affineEnergy( const Real f,
+                                                     const Real h )
+    {
+        return 0.5 * Basis::moment( f ) * h * h;
+    }
+};
+
+} // namespace Machpoint
+
+#endif

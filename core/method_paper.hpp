@@ -1,0 +1,187 @@
+/*!
+  \file method_paper.hpp
+  \brief `paper`: Algorithm 1 of Baioni, Benacchio, Capone and de Falco (2023),
+  line by line: FLIP velocity update, second momentum P2G (MUSL), energy 9b,
+  density 9c, move last.
+*/
+#ifndef MACHPOINT_METHOD_PAPER_HPP
+#define MACHPOINT_METHOD_PAPER_HPP
+
+#include <core/transfer.hpp>
+
+namespace Machpoint
+{
+
+namespace Impl
+{
+//! Line 6: v_p += sum w (v'_i - v_i), the FLIP update.
+template <class Basis, int Dim>
+void updateParticleVelocity( const State<Dim>& state )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto velocities = state.nodes.velocities;
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    Kokkos::parallel_for(
+        "Machpoint::updateParticleVelocity", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            Vector<Dim> change{};
+            forEachNode<Basis, Dim>(
+                s, layout,
+                [&]( const StencilNode<Dim>& i )
+                {
+                    for ( int d = 0; d < Dim; ++d )
+                        change[d] += i.weight * ( velocities( i.row, Dim + d ) -
+                                                  velocities( i.row, d ) );
+                } );
+            for ( int d = 0; d < Dim; ++d )
+                v( p, d ) += change[d];
+        } );
+}
+
+//! Line 7: the momentum of the updated particles, (mv)_i = sum m w v.
+//! \param[out] momentum [nodes][Dim], halo not yet folded
+template <class Basis, int Dim>
+void momentumToGrid( const State<Dim>& state, NodeView& momentum,
+                     NodeScatter& scatter )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    Kokkos::deep_copy( ExecutionSpace(), momentum, 0.0 );
+    scatter.reset_except( momentum );
+    const auto sums = scatter;
+    Kokkos::parallel_for(
+        "Machpoint::momentumToGrid", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            const auto nodes = sums.access();
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Vector<Dim> u = get<Dim>( v, p );
+            const Real mass = m( p );
+            forEachNode<Basis, Dim>( s, layout,
+                                     [&]( const StencilNode<Dim>& i )
+                                     {
+                                         for ( int d = 0; d < Dim; ++d )
+                                             nodes( i.row, d ) +=
+                                                 mass * i.weight * u[d];
+                                     } );
+        } );
+    Kokkos::Experimental::contribute( momentum, scatter );
+}
+
+//! Line 8: momentum becomes velocity, in place. \param velocity [nodes][Dim]
+template <int Dim>
+void divideByMass( const State<Dim>& state, const NodeView& velocity )
+{
+    const auto moments = state.nodes.moments;
+    Kokkos::parallel_for(
+        "Machpoint::divideByMass", Range( 0, state.layout.total ),
+        KOKKOS_LAMBDA( const int i ) {
+            const Real m = moments( i, 0 );
+            for ( int d = 0; d < Dim; ++d )
+                velocity( i, d ) = m > 0 ? velocity( i, d ) / m : 0.0;
+        } );
+}
+
+//! Lines 9a (velocity gradient), 9b (energy), 9c (density) and 10 (move).
+//! \param velocity the second grid velocity [nodes][Dim]
+template <class Basis, int Dim>
+void updateParticles( const State<Dim>& state, const NodeView& velocity )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto L = state.particles.template slice<VelocityGradient>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto velocities = state.nodes.velocities;
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    const Real dt = state.dt;
+    Kokkos::parallel_for(
+        "Machpoint::updateParticles", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            Vector<Dim> gradient[Dim] = {};
+            Vector<Dim> move{};
+            forEachNode<Basis, Dim>(
+                s, layout,
+                [&]( const StencilNode<Dim>& i )
+                {
+                    for ( int a = 0; a < Dim; ++a )
+                    {
+                        move[a] += i.weight * velocities( i.row, Dim + a );
+                        for ( int b = 0; b < Dim; ++b )
+                            gradient[a][b] +=
+                                velocity( i.row, a ) * i.gradient[b];
+                    }
+                } );
+            Real D = 0;
+            for ( int a = 0; a < Dim; ++a )
+            {
+                D += gradient[a][a];
+                for ( int b = 0; b < Dim; ++b )
+                    L( p, a, b ) = gradient[a][b]; // 9a
+                x( p, a ) += dt * move[a];         // 10
+            }
+            e( p ) -= dt * pressure( p ) * V( p ) / m( p ) * D;    // 9b
+            V( p ) *= Kokkos::max( 1 + dt * D, min_volume_ratio ); // 9c
+        } );
+}
+} // namespace Impl
+
+//! The `paper` method: what differs between methods within a step.
+struct Paper
+{
+    static constexpr const char* name = "paper";
+    static constexpr const char* summary =
+        "Algorithm 1 of Baioni et al. (2023): FLIP, MUSL, energy 9b, "
+        "density 9c";
+    static constexpr const char* default_basis = "linear";
+    static constexpr bool affine = false;
+
+    //! The second grid velocity.
+    template <int Dim>
+    struct Storage
+    {
+        NodeView velocity;
+        NodeScatter scatter;
+        explicit Storage( const State<Dim>& state )
+            : velocity( "Machpoint::secondVelocity", state.layout.total, Dim ),
+              scatter( makeScatter( velocity ) )
+        {
+        }
+    };
+
+    //! Lines 6 to 10. \param constrain applies boundaries (eq. 7) to a node
+    //! velocity
+    template <class Basis, int Dim, class Constrain>
+    static void gridToParticles( State<Dim>& state, Storage<Dim>& second,
+                                 const Constrain& constrain )
+    {
+        const auto components = vectorComponents<Dim, 1>( Parity::velocity );
+        Impl::updateParticleVelocity<Basis, Dim>( state ); // 6
+        Impl::momentumToGrid<Basis, Dim>( state, second.velocity,
+                                          second.scatter ); // 7
+        state.halo.fold( second.velocity, components );
+        Impl::divideByMass<Dim>( state, second.velocity );      // 8
+        constrain( GridVelocity{ second.velocity, 0, false } ); // eq. 7
+        state.halo.fill( second.velocity, components );
+        Impl::updateParticles<Basis, Dim>( state, second.velocity ); // 9, 10
+    }
+
+    //! FLIP particles carry no affine kinetic energy.
+    template <class Basis>
+    KOKKOS_INLINE_FUNCTION static Real affineEnergy( const Real, const Real )
+    {
+        return 0;
+    }
+};
+
+} // namespace Machpoint
+
+#endif

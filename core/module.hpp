@@ -1,0 +1,174 @@
+/*!
+  \file module.hpp
+  \brief Layer 4: what an effect or a boundary is. A module is a struct with a
+  name, its declared parameters, and any of the hooks below; the stepper calls
+  the hooks of the modules in the scene, in the order of the input.
+*/
+#ifndef MACHPOINT_MODULE_HPP
+#define MACHPOINT_MODULE_HPP
+
+#include <core/halo.hpp>
+#include <core/parameters.hpp>
+#include <core/particles.hpp>
+#include <core/placement.hpp>
+
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! What crossed the edges of the domain, so that balances can be closed.
+struct Ledger
+{
+    Real mass_in = 0;   //!< mass that entered
+    Real mass_out = 0;  //!< mass that left
+    Real energy_in = 0; //!< work done on the gas by body forces and boundaries
+};
+
+//! Node data of a step.
+template <int Dim>
+struct Nodes
+{
+    NodeView moments;    //!< mass, momentum [Dim], force [Dim]
+    NodeView velocities; //!< v_i [Dim], v'_i [Dim]
+};
+
+/*!
+  \brief Everything that a time step works on.
+
+  Modules receive it in every hook.
+*/
+template <int Dim>
+struct State
+{
+    Grid<Dim> grid;
+    NodeLayout<Dim> layout;
+    Halo<Dim> halo;
+    Particles<Dim> particles;
+    Nodes<Dim> nodes;
+    Ledger ledger;
+    Placement placement = Placement::lattice;
+    int per_cell = 1;       //!< particles per cell
+    std::uint64_t seed = 1; //!< of all random draws
+    Real time = 0;          //!< at the start of the step
+    Real dt = 0;            //!< of the step
+    Real cfl = 0;           //!< Courant number
+    std::int64_t step = 0;  //!< steps done
+};
+
+//! A velocity on the nodes, as a boundary sees it.
+struct GridVelocity
+{
+    NodeView field;   //!< [nodes][>= first + Dim]
+    int first = 0;    //!< column of component 0
+    bool acts = true; //!< a change of it is an impulse on the gas; false
+                      //!< for velocities that only serve as a gradient
+};
+
+//! What one side of the domain is, where `covers` says so.
+struct SideClaim
+{
+    int side; //!< 2 * axis + (upper ? 1 : 0)
+    SideKind kind;
+};
+
+//! A time series that a module reports, one row per step.
+struct Series
+{
+    std::string name;                    //!< file name without suffix
+    std::vector<std::string> columns;    //!< first is time
+    std::vector<std::vector<Real>> rows; //!< [steps][columns]
+};
+
+/*!
+  \brief Base of all physics and boundary modules: hooks that do nothing.
+
+  A hook that is not overridden launches no kernel.
+*/
+template <int Dim>
+class Module
+{
+  public:
+    virtual ~Module() = default;
+
+    //! Before the first step: allocate and precompute.
+    virtual void initialize( State<Dim>& ) {}
+    //! Sets or adds to the pressure and sound speed of particles.
+    virtual void particleState( State<Dim>& ) {}
+    //! Largest stable time step; infinity when there is no limit.
+    virtual Real limitTimeStep( State<Dim>& )
+    {
+        return Kokkos::Experimental::infinity_v<Real>;
+    }
+    //! Adds to the force on nodes before the halo is folded.
+    virtual void gridForce( State<Dim>& ) {}
+    //! Constrains a velocity on the owned nodes.
+    virtual void applyToGrid( State<Dim>&, const GridVelocity& ) {}
+    //! After the new node velocities are known: account for work done.
+    virtual void gridWork( State<Dim>& ) {}
+    //! Sources of particle momentum or energy, after G2P.
+    virtual void particleSource( State<Dim>& ) {}
+    //! After particles moved: wrap, reflect, push out, or mark for removal
+    //! (negative id). \return how many it marked
+    virtual int applyToParticles( State<Dim>& ) { return 0; }
+    //! Adds new particles.
+    virtual void inject( State<Dim>& ) {}
+
+    //! The sides that a boundary takes.
+    virtual std::vector<SideClaim> sides() const { return {}; }
+    //! Does it take this place of its sides? \param x on the side [Dim]
+    virtual bool covers( const Vector<Dim>& ) const { return true; }
+    //! Is a point inside a solid, so that no particle starts there?
+    virtual bool isSolid( const Vector<Dim>& ) const { return false; }
+    //! Does gas enter or leave here, so that energy cannot balance?
+    virtual bool isOpen() const { return false; }
+    //! Does it act on the gas from outside, so that momentum changes?
+    virtual bool exertsForce() const { return false; }
+    //! Time series to be written with the output.
+    virtual const Series* series() const { return nullptr; }
+};
+
+/*!
+  \brief A module that closes the gas: pressure from density and energy.
+
+  `particleState` sets pressure and sound speed; the host functions serve
+  initial states and boundaries.
+*/
+template <int Dim>
+class EquationOfState : public Module<Dim>
+{
+  public:
+    //! \param density, pressure of the gas \return energy per mass
+    virtual Real specificInternalEnergy( Real density,
+                                         Real pressure ) const = 0;
+};
+
+//! Vector from a resolved input array. \param json [Dim] numbers
+template <int Dim>
+Vector<Dim> toVector( const Json& json )
+{
+    Vector<Dim> x{};
+    for ( int d = 0; d < Dim; ++d )
+        x[d] = json.at( d ).get<Real>();
+    return x;
+}
+
+//! Names of the sides, "x_lower" first: side 2 * axis + (upper ? 1 : 0).
+inline std::vector<std::string> sideNames( const int dimension )
+{
+    const std::vector<std::string> all = { "x_lower", "x_upper", "y_lower",
+                                           "y_upper", "z_lower", "z_upper" };
+    return { all.begin(), all.begin() + 2 * ( dimension ? dimension : 3 ) };
+}
+
+//! Number of a side from its name, as validated before.
+inline int sideNumber( const Json& name )
+{
+    const auto text = name.get<std::string>();
+    return 2 * ( text[0] - 'x' ) + ( text.substr( 2 ) == "upper" ? 1 : 0 );
+}
+
+} // namespace Machpoint
+
+#endif

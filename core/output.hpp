@@ -1,0 +1,155 @@
+/*!
+  \file output.hpp
+  \brief What a run leaves on disk: HDF5 files, XDMF collections, summary.
+
+  The layer knows host arrays only. Every file is written beside its final
+  name and renamed once it is whole and on the disk, so neither a kill nor a
+  full disk leaves something half-written that looks finished.
+*/
+#ifndef MACHPOINT_CORE_OUTPUT_HPP
+#define MACHPOINT_CORE_OUTPUT_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+/*!
+  \brief A file or directory that could not be read or written.
+
+  The message names the file, the operation, the system's reason and a remedy.
+*/
+class IoError : public std::runtime_error
+{
+  public:
+    using std::runtime_error::runtime_error;
+
+    /*!
+      \param[in] file What was being written.
+      \param[in] operation What failed, e.g. "cannot create the file".
+      \param[in] error The errno of the failure; 0 when there is none.
+    */
+    IoError( const std::filesystem::path& file, const std::string& operation,
+             int error );
+};
+
+//! A named, row-major array on the host, not owned. A shape of `{}` is a
+//! scalar.
+struct Dataset
+{
+    //! What the bytes are: `double` or `std::int64_t`.
+    enum class Type
+    {
+        real,
+        integer
+    };
+
+    std::string name;               //!< Path inside the HDF5 file.
+    std::vector<std::size_t> shape; //!< Slowest axis first.
+    const void* data = nullptr;     //!< May be null when an extent is 0.
+    Type type = Type::real;         //!< Type of the elements.
+};
+
+/*!
+  \brief The output directory of one run.
+
+  Files: `particles/<step>.h5`, `grid/<step>.h5`, `exact/<step>.h5` (the step
+  in 8 digits), `particles.xdmf` and `grid.xdmf` (one temporal collection each,
+  for ParaView), `obstacles/<name>.csv` and, last, `summary.json`. All members
+  throw IoError when the disk refuses and std::invalid_argument when the caller
+  passes data that does not fit the layout. With MPI only one rank makes one.
+*/
+class OutputDirectory
+{
+  public:
+    /*!
+      \brief Creates the directory and its parents, or takes an existing one.
+
+      Nothing but a probe file is written, so that a wrong path shows before
+      the run starts.
+
+      \param[in] directory Where the run writes.
+      \param[in] overwrite Remove what a former run wrote there, and only that;
+      otherwise a directory that holds a run is refused.
+      \param[in] dimension 1, 2 or 3.
+      \throws IoError If the directory holds another run, cannot be made or
+      written to, or if this build lacks HDF5.
+    */
+    OutputDirectory( const std::filesystem::path& directory, bool overwrite,
+                     int dimension );
+
+    //! The directory.
+    const std::filesystem::path& path() const { return _directory; }
+
+    /*!
+      \brief Writes `particles/<step>.h5` and renews `particles.xdmf`.
+
+      In 1D the file also gets `xdmf/position [n][2]`, the positions with a zero
+      beside each, because ParaView takes no points on a line.
+
+      \param[in] step, time Attributes of the file.
+      \param[in] datasets Scalars `[n]` and vectors `[n][Dim]`; one is
+      `position [n][Dim]`, real.
+    */
+    void writeParticles( std::int64_t step, double time,
+                         const std::vector<Dataset>& datasets );
+
+    /*!
+      \brief Writes `grid/<step>.h5` and renews `grid.xdmf`.
+
+      \param[in] step, time Attributes of the file.
+      \param[in] lower `[Dim]`, the first node's position, x first.
+      \param[in] spacing `[Dim]`, the distance between nodes, x first.
+      \param[in] datasets Scalars `[nz][ny][nx]` (as many axes as dimensions,
+      x last) and vectors `[nz][ny][nx][Dim]`.
+    */
+    void writeGrid( std::int64_t step, double time,
+                    const std::vector<double>& lower,
+                    const std::vector<double>& spacing,
+                    const std::vector<Dataset>& datasets );
+
+    /*!
+      \brief Writes `exact/<step>.h5`, the exact solution of a 1D scene.
+
+      \param[in] step, time Attributes of the file.
+      \param[in] datasets `position`, `density`, `velocity`, `pressure` and
+      `specific_internal_energy`, each `[n]`.
+    */
+    void writeExact( std::int64_t step, double time,
+                     const std::vector<Dataset>& datasets );
+
+    /*!
+      \brief Writes a table as comma-separated values with a header line.
+
+      \param[in] name `obstacles/<name>.csv`.
+      \param[in] columns The header.
+      \param[in] rows `[rows][columns]`, written with every digit.
+    */
+    void writeSeries( const std::string& name,
+                      const std::vector<std::string>& columns,
+                      const std::vector<std::vector<double>>& rows );
+
+    //! Writes `summary.json`. To be called last: its presence says that the
+    //! run ended in an orderly way.
+    void writeSummary( const std::string& json_text );
+
+  private:
+    // One HDF5 file, with `time` and `step` put before the other attributes.
+    void writeStep( const std::string& kind, std::int64_t step, double time,
+                    std::vector<Dataset> attributes,
+                    const std::vector<Dataset>& datasets ) const;
+
+    std::filesystem::path _directory;
+    int _dimension;
+    std::string _particle_entries; // XDMF of the outputs so far
+    std::string _grid_entries;
+};
+
+} // end namespace Machpoint
+
+#endif // MACHPOINT_CORE_OUTPUT_HPP

@@ -1,0 +1,251 @@
+/*!
+  \file particles.hpp
+  \brief Layer 2: the particles of one material, in an AoSoA, with the
+  sidecars that effects keep for their own state.
+*/
+#ifndef MACHPOINT_PARTICLES_HPP
+#define MACHPOINT_PARTICLES_HPP
+
+#include <core/types.hpp>
+
+#include <Cabana_Core.hpp>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! What every particle carries. The order is the order of the members below.
+template <int Dim>
+using ParticleMembers =
+    Cabana::MemberTypes<Real[Dim], Real[Dim], Real[Dim][Dim], Real, Real, Real,
+                        Real, Real, std::int64_t>;
+
+//! Names of the members of a particle.
+enum Member : std::size_t
+{
+    Position,               //!< x_p [Dim]
+    Velocity,               //!< v_p [Dim]
+    VelocityGradient,       //!< `apic`: affine matrix C_p; `paper`: L_p
+    Mass,                   //!< m_p
+    Volume,                 //!< V_p; density is m_p / V_p
+    SpecificInternalEnergy, //!< e_p
+    Pressure,               //!< p_p, and q_p where a viscosity adds it
+    SoundSpeed,             //!< c_p
+    Id                      //!< unique for ever; negative: to be removed
+};
+
+using ParticleBins = Cabana::BinningData<MemorySpace>;
+using IndexList = Kokkos::View<int*, MemorySpace>;
+
+//! State that one effect alone needs, one entry per particle. Sorting,
+//! removal and insertion carry every sidecar along.
+class SidecarBase
+{
+  public:
+    virtual ~SidecarBase() = default;
+    //! Makes room for n particles; new entries are zero.
+    virtual void resize( std::size_t n ) = 0;
+    //! Reorders all entries.
+    virtual void permute( const ParticleBins& bins ) = 0;
+    //! Copies entry from(k) onto entry to(k) for k < count.
+    virtual void move( const IndexList& from, const IndexList& to,
+                       int count ) = 0;
+    //! Bytes held.
+    virtual std::size_t bytes() const = 0;
+};
+
+namespace Impl
+{
+//! Copies whole particles within an AoSoA. \param from, to [>= count] rows
+template <class AoSoA>
+void moveTuples( const AoSoA& aosoa, const IndexList& from, const IndexList& to,
+                 const int count )
+{
+    Kokkos::parallel_for(
+        "Machpoint::moveParticles", Range( 0, count ),
+        KOKKOS_LAMBDA( const int k ) {
+            aosoa.setTuple( to( k ), aosoa.getTuple( from( k ) ) );
+        } );
+}
+
+//! Resizes with spare room, so that an open scene does not reallocate every
+//! time a few particles enter.
+template <class AoSoA>
+void resizeWithSlack( AoSoA& aosoa, const std::size_t n )
+{
+    if ( n > aosoa.capacity() && aosoa.size() > 0 )
+        aosoa.reserve( n + n / 4 );
+    aosoa.resize( n );
+}
+} // namespace Impl
+
+//! A sidecar with the given members (Cabana::MemberTypes).
+template <class Members>
+class Sidecar : public SidecarBase
+{
+  public:
+    using aosoa_type = Cabana::AoSoA<Members, MemorySpace>;
+
+    //! \param label what the memory is called in a profile
+    Sidecar( const std::string& label, const std::size_t n ) : _aosoa( label )
+    {
+        resize( n );
+    }
+    void resize( const std::size_t n ) override
+    {
+        const int old = static_cast<int>( _aosoa.size() );
+        Impl::resizeWithSlack( _aosoa, n );
+        auto aosoa = _aosoa;
+        if ( static_cast<int>( n ) > old )
+            Kokkos::parallel_for(
+                "Machpoint::clearSidecar", Range( old, static_cast<int>( n ) ),
+                KOKKOS_LAMBDA( const int p ) {
+                    aosoa.setTuple( p, typename aosoa_type::tuple_type{} );
+                } );
+    }
+    void permute( const ParticleBins& bins ) override
+    {
+        Cabana::permute( bins, _aosoa );
+    }
+    void move( const IndexList& from, const IndexList& to,
+               const int count ) override
+    {
+        Impl::moveTuples( _aosoa, from, to, count );
+    }
+    std::size_t bytes() const override
+    {
+        return _aosoa.numSoA() * sizeof( typename aosoa_type::soa_type );
+    }
+    //! The data, for slices.
+    aosoa_type& data() { return _aosoa; }
+
+  private:
+    aosoa_type _aosoa;
+};
+
+//! The particles of one material.
+template <int Dim>
+class Particles
+{
+  public:
+    using aosoa_type = Cabana::AoSoA<ParticleMembers<Dim>, MemorySpace>;
+
+    Particles() : _aosoa( "Machpoint::particles" ) {}
+
+    //! Number of particles.
+    int size() const { return static_cast<int>( _aosoa.size() ); }
+
+    //! Changes the number of particles; existing ones keep their data.
+    void resize( const std::size_t n )
+    {
+        Impl::resizeWithSlack( _aosoa, n );
+        for ( auto& sidecar : _sidecars )
+            sidecar->resize( n );
+    }
+
+    //! A member of every particle, e.g. slice<Mass>().
+    template <std::size_t M>
+    auto slice() const
+    {
+        return Cabana::slice<M>( _aosoa );
+    }
+
+    //! The AoSoA itself.
+    aosoa_type& data() { return _aosoa; }
+    const aosoa_type& data() const { return _aosoa; }
+
+    //! Creates a sidecar that lives as long as the particles.
+    template <class Members>
+    Sidecar<Members>& addSidecar( const std::string& label )
+    {
+        auto sidecar = std::make_unique<Sidecar<Members>>( label, size() );
+        auto& reference = *sidecar;
+        _sidecars.push_back( std::move( sidecar ) );
+        return reference;
+    }
+
+    //! Reorders particles and sidecars.
+    void permute( const ParticleBins& bins )
+    {
+        Cabana::permute( bins, _aosoa );
+        for ( auto& sidecar : _sidecars )
+            sidecar->permute( bins );
+    }
+
+    /*!
+      \brief Removes the particles whose id is negative.
+
+      Particles from the end fill the holes, so the cost is that of the few
+      that leave. \param removed how many carry the mark (a boundary counts
+      them as it marks them).
+    */
+    void removeMarked( const int removed )
+    {
+        if ( removed == 0 )
+            return;
+        const int n = size();
+        const int kept = n - removed;
+        auto id = slice<Id>();
+        IndexList holes( "Machpoint::holes", removed );
+        IndexList movers( "Machpoint::movers", removed );
+        int holes_found = 0;
+        Kokkos::parallel_scan(
+            "Machpoint::findHoles", Range( 0, kept ),
+            KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
+                if ( id( p ) < 0 )
+                {
+                    if ( final )
+                        holes( k ) = p;
+                    ++k;
+                }
+            },
+            holes_found );
+        Kokkos::parallel_scan(
+            "Machpoint::findMovers", Range( kept, n ),
+            KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
+                if ( id( p ) >= 0 )
+                {
+                    if ( final )
+                        movers( k ) = p;
+                    ++k;
+                }
+            } );
+        Impl::moveTuples( _aosoa, movers, holes, holes_found );
+        for ( auto& sidecar : _sidecars )
+            sidecar->move( movers, holes, holes_found );
+        resize( kept );
+    }
+
+    //! Bytes that one particle takes, sidecars included.
+    Real bytesPerParticle() const
+    {
+        if ( size() == 0 )
+            return 0;
+        std::size_t bytes =
+            _aosoa.numSoA() * sizeof( typename aosoa_type::soa_type );
+        for ( const auto& sidecar : _sidecars )
+            bytes += sidecar->bytes();
+        return static_cast<Real>( bytes ) / size();
+    }
+
+  private:
+    aosoa_type _aosoa;
+    std::vector<std::unique_ptr<SidecarBase>> _sidecars;
+};
+
+//! Position of particle p, [Dim], from a position (or velocity) slice.
+template <int Dim, class SliceType>
+KOKKOS_INLINE_FUNCTION Vector<Dim> get( const SliceType& slice, const int p )
+{
+    Vector<Dim> x{};
+    for ( int d = 0; d < Dim; ++d )
+        x[d] = slice( p, d );
+    return x;
+}
+
+} // namespace Machpoint
+
+#endif

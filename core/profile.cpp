@@ -1,0 +1,142 @@
+#include <core/profile.hpp>
+
+#include <algorithm>
+
+namespace Machpoint
+{
+
+namespace
+{
+
+// Host code drives the time loop from one thread, so plain data will do.
+std::vector<ProfileEntry> phase_entries;
+std::vector<ProfileEntry> effect_entries;
+constexpr std::size_t none = static_cast<std::size_t>( -1 );
+std::size_t current_phase = none;
+std::size_t current_effect = none;
+Kokkos::Tools::Experimental::EventSet former;
+
+std::size_t entry( std::vector<ProfileEntry>& entries, const std::string& name )
+{
+    const auto found =
+        std::find_if( entries.begin(), entries.end(),
+                      [&]( const ProfileEntry& e ) { return e.name == name; } );
+    if ( found != entries.end() )
+        return found - entries.begin();
+    entries.push_back( ProfileEntry{ name } );
+    return entries.size() - 1;
+}
+
+template <class Action>
+void forCurrent( const Action& action )
+{
+    if ( current_phase != none )
+        action( phase_entries[current_phase] );
+    if ( current_effect != none )
+        action( effect_entries[current_effect] );
+}
+
+void countKernel()
+{
+    forCurrent( []( ProfileEntry& e ) { ++e.kernels; } );
+}
+
+void beginFor( const char* name, const std::uint32_t device, std::uint64_t* id )
+{
+    countKernel();
+    if ( former.begin_parallel_for )
+        former.begin_parallel_for( name, device, id );
+}
+
+void beginReduce( const char* name, const std::uint32_t device,
+                  std::uint64_t* id )
+{
+    countKernel();
+    if ( former.begin_parallel_reduce )
+        former.begin_parallel_reduce( name, device, id );
+}
+
+void beginScan( const char* name, const std::uint32_t device,
+                std::uint64_t* id )
+{
+    countKernel();
+    if ( former.begin_parallel_scan )
+        former.begin_parallel_scan( name, device, id );
+}
+
+void allocate( const Kokkos::Tools::SpaceHandle space, const char* label,
+               const void* const pointer, const std::uint64_t size )
+{
+    forCurrent( [&]( ProfileEntry& e ) { e.bytes += size; } );
+    if ( former.allocate_data )
+        former.allocate_data( space, label, pointer, size );
+}
+
+void deallocate( const Kokkos::Tools::SpaceHandle space, const char* label,
+                 const void* const pointer, const std::uint64_t size )
+{
+    forCurrent( [&]( ProfileEntry& e ) { e.bytes -= size; } );
+    if ( former.deallocate_data )
+        former.deallocate_data( space, label, pointer, size );
+}
+
+} // namespace
+
+void Profile::start()
+{
+    namespace Tools = Kokkos::Tools::Experimental;
+    phase_entries.clear();
+    effect_entries.clear();
+    const auto installed = Tools::get_callbacks();
+    if ( installed.begin_parallel_for == &beginFor )
+        return;
+    former = installed;
+    Tools::set_begin_parallel_for_callback( &beginFor );
+    Tools::set_begin_parallel_reduce_callback( &beginReduce );
+    Tools::set_begin_parallel_scan_callback( &beginScan );
+    Tools::set_allocate_data_callback( &allocate );
+    Tools::set_deallocate_data_callback( &deallocate );
+}
+
+const std::vector<ProfileEntry>& Profile::phases()
+{
+    return phase_entries;
+}
+const std::vector<ProfileEntry>& Profile::effects()
+{
+    return effect_entries;
+}
+
+Profile::Phase::Phase( const std::string& name )
+    : _entry( entry( phase_entries, name ) )
+{
+    current_phase = _entry;
+}
+
+Profile::Phase::~Phase()
+{
+    // Kernels on a device return before they are done; the phase is over
+    // when they are.
+    ExecutionSpace().fence( "Machpoint::Profile" );
+    ++phase_entries[_entry].calls;
+    phase_entries[_entry].seconds += _timer.seconds();
+    current_phase = none;
+}
+
+Profile::Effect::Effect( const std::string& name )
+    : _entry( entry( effect_entries, name ) )
+{
+    ExecutionSpace().fence( "Machpoint::Profile" );
+    _timer.reset();
+    current_effect = _entry;
+}
+
+Profile::Effect::~Effect()
+{
+    ExecutionSpace().fence( "Machpoint::Profile" );
+    ++effect_entries[_entry].calls;
+    effect_entries[_entry].seconds += _timer.seconds();
+    current_effect = none;
+}
+
+} // namespace Machpoint

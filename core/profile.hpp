@@ -1,0 +1,71 @@
+/*!
+  \file profile.hpp
+  \brief Who spent what: seconds per phase of the time step; kernels, seconds
+  and bytes per effect, counted by Kokkos Tools callbacks.
+*/
+#ifndef MACHPOINT_PROFILE_HPP
+#define MACHPOINT_PROFILE_HPP
+
+#include <core/types.hpp>
+
+#include <Kokkos_Timer.hpp>
+
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! One line of the end table.
+struct ProfileEntry
+{
+    std::string name;
+    std::int64_t calls = 0;
+    std::int64_t kernels = 0; //!< parallel_for, _reduce and _scan launched
+    std::int64_t bytes = 0;   //!< allocated less freed
+    Real seconds = 0;
+};
+
+/*!
+  \brief The run's profile. There is one, because Kokkos' callbacks are plain
+  functions; callbacks that a profiling tool installed before go on working.
+*/
+class Profile
+{
+  public:
+    //! Clears all entries and installs the callbacks (once).
+    static void start();
+
+    static const std::vector<ProfileEntry>& phases();
+    static const std::vector<ProfileEntry>& effects();
+
+    //! Attributes time, kernels and memory to a phase while it lives.
+    class Phase
+    {
+      public:
+        explicit Phase( const std::string& name );
+        ~Phase();
+        Phase( const Phase& ) = delete;
+
+      private:
+        std::size_t _entry;
+        Kokkos::Timer _timer;
+    };
+
+    //! Attributes time, kernels and memory to an effect while it lives.
+    class Effect
+    {
+      public:
+        explicit Effect( const std::string& name );
+        ~Effect();
+        Effect( const Effect& ) = delete;
+
+      private:
+        std::size_t _entry;
+        Kokkos::Timer _timer;
+    };
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,113 @@
+/*!
+  \file registry.hpp
+  \brief From a name in the input to a module: the lists of modules, and how a
+  program outside this repository adds its own.
+*/
+#ifndef MACHPOINT_REGISTRY_HPP
+#define MACHPOINT_REGISTRY_HPP
+
+#include <core/module.hpp>
+
+#include <functional>
+#include <memory>
+#include <type_traits>
+
+namespace Machpoint
+{
+
+//! How to declare and make one kind of module.
+template <int Dim>
+struct ModuleFactory
+{
+    std::string name;
+    std::function<Parameters( int dimension )> declare;
+    //! Equations of state are made before all others, which may need them.
+    bool is_equation_of_state;
+    std::function<std::unique_ptr<Module<Dim>>( const Json& resolved,
+                                                const EquationOfState<Dim>* )>
+        make;
+};
+
+//! The factory of a module type: constructible from its resolved JSON, or
+//! from that and the equation of state.
+template <int Dim, template <int> class ModuleType>
+ModuleFactory<Dim> moduleFactory()
+{
+    using Type = ModuleType<Dim>;
+    return {
+        Type::name, &Type::declare,
+        std::is_base_of_v<EquationOfState<Dim>, Type>,
+        []( const Json& json,
+            const EquationOfState<Dim>* gas ) -> std::unique_ptr<Module<Dim>>
+        {
+            if constexpr ( std::is_constructible_v<
+                               Type, const Json&, const EquationOfState<Dim>&> )
+                return std::make_unique<Type>( json, *gas );
+            else
+            {
+                static_cast<void>( gas );
+                return std::make_unique<Type>( json );
+            }
+        } };
+}
+
+//! An explicit list of modules (physics/modules.hpp, boundary/modules.hpp).
+template <template <int> class... ModuleTypes>
+struct ModuleList
+{
+    template <int Dim>
+    static std::vector<ModuleFactory<Dim>> factories()
+    {
+        return { moduleFactory<Dim, ModuleTypes>()... };
+    }
+};
+
+//! \name All known modules, in the order of `machpoint list`
+//! Defined once per dimension, in files generated from cmake/modules.cpp.in.
+//! @{
+template <int Dim>
+std::vector<ModuleFactory<Dim>>& physicsModules();
+template <>
+std::vector<ModuleFactory<1>>& physicsModules<1>();
+template <>
+std::vector<ModuleFactory<2>>& physicsModules<2>();
+template <>
+std::vector<ModuleFactory<3>>& physicsModules<3>();
+template <int Dim>
+std::vector<ModuleFactory<Dim>>& boundaryModules();
+template <>
+std::vector<ModuleFactory<1>>& boundaryModules<1>();
+template <>
+std::vector<ModuleFactory<2>>& boundaryModules<2>();
+template <>
+std::vector<ModuleFactory<3>>& boundaryModules<3>();
+//! @}
+
+//! Adds a physics module from outside this repository, before runCommandLine.
+template <template <int> class ModuleType>
+void registerPhysics()
+{
+    physicsModules<1>().push_back( moduleFactory<1, ModuleType>() );
+    physicsModules<2>().push_back( moduleFactory<2, ModuleType>() );
+    physicsModules<3>().push_back( moduleFactory<3, ModuleType>() );
+}
+
+//! Adds a boundary from outside this repository, before runCommandLine.
+template <template <int> class ModuleType>
+void registerBoundary()
+{
+    boundaryModules<1>().push_back( moduleFactory<1, ModuleType>() );
+    boundaryModules<2>().push_back( moduleFactory<2, ModuleType>() );
+    boundaryModules<3>().push_back( moduleFactory<3, ModuleType>() );
+}
+
+//! \name The same as families of input objects
+//! @{
+Family physicsFamily();
+Family boundaryFamily();
+Family initialFamily();
+//! @}
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,238 @@
+#include <core/profile.hpp>
+#include <core/report.hpp>
+#include <core/revision.hpp>
+
+#include <fmt/format.h>
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace Machpoint
+{
+
+std::vector<FieldError> measureErrors( const ParticleData& data,
+                                       const ExactSolution& exact,
+                                       const Json& input, const Real t )
+{
+    const std::size_t n = data.mass.size();
+    const std::size_t dim = input.at( "dimension" ).get<std::size_t>();
+    std::vector<Real> measure = data.volume;
+    if ( dim == 1 && n > 0 )
+    {
+        std::vector<std::size_t> order( n );
+        std::iota( order.begin(), order.end(), 0 );
+        std::sort( order.begin(), order.end(),
+                   [&]( const std::size_t a, const std::size_t b )
+                   { return data.position[a] < data.position[b]; } );
+        Real edge = input.at( "grid" ).at( "lower" ).at( 0 );
+        for ( std::size_t k = 0; k < n; ++k )
+        {
+            const Real next =
+                k + 1 < n
+                    ? 0.5 * ( data.position[order[k]] +
+                              data.position[order[k + 1]] )
+                    : input.at( "grid" ).at( "upper" ).at( 0 ).get<Real>();
+            measure[order[k]] = next - edge;
+            edge = next;
+        }
+    }
+
+    std::vector<FieldError> errors = { { "density" },
+                                       { "velocity" },
+                                       { "pressure" },
+                                       { "specific_internal_energy" } };
+    // e follows from p and rho by the same equation of state as the gas's.
+    const auto& physics = input.at( "physics" );
+    const auto gas = std::find_if( physics.begin(), physics.end(),
+                                   []( const Json& entry )
+                                   { return entry.contains( "gamma" ); } );
+    const Real gamma = gas->at( "gamma" );
+    const Real reference = gas->value( "reference_pressure", 0.0 );
+    for ( std::size_t p = 0; p < n; ++p )
+    {
+        Vector<3> x{};
+        for ( std::size_t d = 0; d < dim; ++d )
+            x[d] = data.position[p * dim + d];
+        const auto state = exact.state( x, t );
+        Real square = 0;
+        for ( std::size_t d = 0; d < dim; ++d )
+            square +=
+                std::pow( data.velocity[p * dim + d] - state.velocity[d], 2 );
+        const Real energy = state.density > 0
+                                ? ( state.pressure + gamma * reference ) /
+                                      ( ( gamma - 1 ) * state.density )
+                                : 0;
+        const Real difference[] = {
+            std::abs( data.density[p] - state.density ), std::sqrt( square ),
+            std::abs( data.pressure[p] - state.pressure ),
+            std::abs( data.specific_internal_energy[p] - energy ) };
+        for ( std::size_t f = 0; f < errors.size(); ++f )
+        {
+            errors[f].L1 += measure[p] * difference[f];
+            errors[f].L2 += measure[p] * difference[f] * difference[f];
+            errors[f].Linf = std::max( errors[f].Linf, difference[f] );
+        }
+    }
+    for ( auto& error : errors )
+        error.L2 = std::sqrt( error.L2 );
+    return errors;
+}
+
+namespace
+{
+
+//! Relative drift; null where walls, bodies or open sides exchange the
+//! quantity and no balance can be drawn.
+Json conservation( const Simulation& simulation, const RunFacts& facts )
+{
+    const auto now = simulation.totals();
+    const auto& before = facts.initial;
+    const auto& ledger = simulation.ledger();
+    Json json;
+    json["mass"] =
+        ( now.mass - before.mass - ledger.mass_in + ledger.mass_out ) /
+        before.mass;
+    json["momentum"] = nullptr;
+    const Real scale = std::sqrt( 2 * before.mass * std::abs( now.energy() ) );
+    for ( int d = 0; d < simulation.dimension(); ++d )
+        if ( simulation.conservesMomentum( d ) && scale > 0 )
+        {
+            const Real drift =
+                std::abs( now.momentum[d] - before.momentum[d] ) / scale;
+            const auto& known = json.at( "momentum" );
+            json["momentum"] =
+                known.is_null() ? drift : std::max( drift, known.get<Real>() );
+        }
+    json["total_energy"] = nullptr;
+    if ( !simulation.isOpen() && before.energy() != 0 )
+        json["total_energy"] =
+            ( now.energy() - before.energy() - ledger.energy_in ) /
+            std::abs( before.energy() );
+    json["mass_in"] = ledger.mass_in;
+    json["mass_out"] = ledger.mass_out;
+    json["work_on_gas"] = ledger.energy_in;
+    return json;
+}
+
+std::int64_t peakMemory()
+{
+    rusage usage{};
+    getrusage( RUSAGE_SELF, &usage );
+    return static_cast<std::int64_t>( usage.ru_maxrss ) * 1024;
+}
+
+//! A number for a table, or a dash where there is none.
+std::string orDash( const Json& value )
+{
+    return value.is_null() ? "-" : fmt::format( "{:.3e}", value.get<Real>() );
+}
+
+} // namespace
+
+Json makeSummary( const Simulation& simulation, const Json& input,
+                  const RunFacts& facts )
+{
+    Json json;
+    json["scene"] = input.at( "scene" );
+    json["backend"] = ExecutionSpace::name();
+    json["ranks"] = 1;
+    json["threads"] = ExecutionSpace().concurrency();
+    json["dimension"] = simulation.dimension();
+    json["method"] = input.at( "method" ).at( "name" );
+    json["basis"] = input.at( "method" ).at( "basis" );
+    json["cells"] = input.at( "grid" ).at( "cells" );
+    json["particles_initial"] = facts.particles_initial;
+    json["particles_final"] = simulation.particles();
+    json["steps"] = simulation.steps();
+    json["final_time"] = simulation.time();
+    json["wall_seconds"] = facts.wall_seconds;
+    json["particle_updates_per_second"] =
+        facts.wall_seconds > 0
+            ? static_cast<Real>( facts.particle_updates ) / facts.wall_seconds
+            : 0;
+    json["bytes_per_particle"] = simulation.bytesPerParticle();
+    json["peak_memory_bytes"] = peakMemory();
+    json["errors"] = Json::object();
+    for ( const auto& e : facts.errors )
+        json["errors"][e.field] = {
+            { "L1", e.L1 }, { "L2", e.L2 }, { "Linf", e.Linf } };
+    json["conservation"] = conservation( simulation, facts );
+    const auto& extrema = simulation.extrema();
+    json["extrema"] = { { "min_density", extrema.min_density },
+                        { "min_specific_internal_energy",
+                          extrema.min_specific_internal_energy },
+                        { "max_mach", extrema.max_mach } };
+    json["retries"] = 0;
+    json["effects"] = Json::array();
+    for ( const auto& e : Profile::effects() )
+        json["effects"].push_back( { { "name", e.name },
+                                     { "kernels", e.kernels },
+                                     { "seconds", e.seconds },
+                                     { "bytes", e.bytes } } );
+    json["phases"] = Json::array();
+    for ( const auto& e : Profile::phases() )
+        json["phases"].push_back( { { "name", e.name },
+                                    { "calls", e.calls },
+                                    { "seconds", e.seconds } } );
+    json["input"] = input;
+    json["revision"] = revision;
+    return json;
+}
+
+std::string formatSummary( const Json& s )
+{
+    const Real wall = s.at( "wall_seconds" );
+    auto share = [&]( const Json& e )
+    {
+        const Real seconds = e.at( "seconds" );
+        return fmt::format( "{:>10.3f} s {:>5.1f} %", seconds,
+                            wall > 0 ? 100 * seconds / wall : 0.0 );
+    };
+    std::string text = fmt::format(
+        "\n{} | {} {} {}D | {} x{} | {} steps to t = {:.6g} in {:.3f} s | "
+        "{:.3g} M particle updates/s\n",
+        s.at( "scene" ).get<std::string>(), s.at( "method" ).get<std::string>(),
+        s.at( "basis" ).get<std::string>(), s.at( "dimension" ).get<int>(),
+        s.at( "backend" ).get<std::string>(), s.at( "threads" ).get<int>(),
+        s.at( "steps" ).get<std::int64_t>(), s.at( "final_time" ).get<Real>(),
+        wall, s.at( "particle_updates_per_second" ).get<Real>() / 1e6 );
+    text += "\n  phase\n";
+    for ( const auto& e : s.at( "phases" ) )
+        text += fmt::format( "    {:<28}{}\n",
+                             e.at( "name" ).get<std::string>(), share( e ) );
+    text += fmt::format( "  effect {:>43} {:>10} {:>12}\n", "", "kernels",
+                         "bytes" );
+    for ( const auto& e : s.at( "effects" ) )
+        text += fmt::format( "    {:<28}{}  {:>10} {:>12}\n",
+                             e.at( "name" ).get<std::string>(), share( e ),
+                             e.at( "kernels" ).get<std::int64_t>(),
+                             e.at( "bytes" ).get<std::int64_t>() );
+    const auto& c = s.at( "conservation" );
+    text += fmt::format( "  relative drift: mass {}, momentum {}, total energy "
+                         "{}  (- : exchanged with walls or open sides)\n",
+                         orDash( c.at( "mass" ) ), orDash( c.at( "momentum" ) ),
+                         orDash( c.at( "total_energy" ) ) );
+    const auto& x = s.at( "extrema" );
+    text += fmt::format(
+        "  extrema: density >= {:.4g}, specific internal energy >= {:.4g}, "
+        "Mach <= {:.4g}\n",
+        x.at( "min_density" ).get<Real>(),
+        x.at( "min_specific_internal_energy" ).get<Real>(),
+        x.at( "max_mach" ).get<Real>() );
+    if ( !s.at( "errors" ).empty() )
+    {
+        text += fmt::format( "  error against exact {:>16} {:>12} {:>12}\n",
+                             "L1", "L2", "Linf" );
+        for ( const auto& [field, e] : s.at( "errors" ).items() )
+            text += fmt::format( "    {:<24} {:>12.4e} {:>12.4e} {:>12.4e}\n",
+                                 field, e.at( "L1" ).get<Real>(),
+                                 e.at( "L2" ).get<Real>(),
+                                 e.at( "Linf" ).get<Real>() );
+    }
+    return text;
+}
+
+} // namespace Machpoint

@@ -1,0 +1,55 @@
+/*!
+  \file report.hpp
+  \brief Layer 6: what a run says of itself: errors against the exact solution,
+  the summary, and the end table.
+*/
+#ifndef MACHPOINT_REPORT_HPP
+#define MACHPOINT_REPORT_HPP
+
+#include <core/exact.hpp>
+#include <core/simulation.hpp>
+
+#include <string>
+
+namespace Machpoint
+{
+
+//! Norms of one field's error, integrated over the domain (not divided by its
+//! measure); velocity by the length of its error vector.
+struct FieldError
+{
+    std::string field;
+    Real L1 = 0, L2 = 0, Linf = 0;
+};
+
+/*!
+  \brief Errors of particles against the exact solution.
+
+  1D: trapezoid of sorted positions, the ends of the domain included; 2D and
+  3D: particle volumes.
+  \param input resolved \param t time of the data
+*/
+std::vector<FieldError> measureErrors( const ParticleData& data,
+                                       const ExactSolution& exact,
+                                       const Json& input, Real t );
+
+//! What the driver alone knows of a run.
+struct RunFacts
+{
+    Totals initial;
+    std::int64_t particles_initial = 0;
+    std::int64_t particle_updates = 0; //!< particles moved, over all steps
+    Real wall_seconds = 0;
+    std::vector<FieldError> errors;
+};
+
+//! The content of summary.json; its keys are a contract (add, never rename).
+Json makeSummary( const Simulation& simulation, const Json& input,
+                  const RunFacts& facts );
+
+//! The table at the end of a run.
+std::string formatSummary( const Json& summary );
+
+} // namespace Machpoint
+
+#endif

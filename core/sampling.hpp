@@ -1,0 +1,187 @@
+/*!
+  \file sampling.hpp
+  \brief Layer 5: what a run reports of its particles: totals, host copies, and
+  fields on the nodes.
+*/
+#ifndef MACHPOINT_SAMPLING_HPP
+#define MACHPOINT_SAMPLING_HPP
+
+#include <core/simulation.hpp>
+#include <core/transfer.hpp>
+
+namespace Machpoint
+{
+
+//! Totals as a reduction over particles.
+struct TotalsSum : Totals
+{
+    KOKKOS_INLINE_FUNCTION TotalsSum& operator+=( const TotalsSum& other )
+    {
+        mass += other.mass;
+        for ( int d = 0; d < 3; ++d )
+            momentum[d] += other.momentum[d];
+        internal += other.internal;
+        kinetic += other.kinetic;
+        affine += other.affine;
+        return *this;
+    }
+};
+
+//! Mass, momentum and energies of all particles.
+template <class Basis, class Method, int Dim>
+Totals sumParticles( const State<Dim>& state )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto grid = state.grid;
+    TotalsSum totals;
+    Kokkos::parallel_reduce(
+        "Machpoint::sumParticles", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p, TotalsSum& sum ) {
+            const Real mass = m( p );
+            sum.mass += mass;
+            sum.internal += mass * e( p );
+            for ( int b = 0; b < Dim; ++b )
+            {
+                sum.momentum[b] += mass * v( p, b );
+                sum.kinetic += 0.5 * mass * v( p, b ) * v( p, b );
+                const Real h = grid.spacing[b];
+                const Real y = x( p, b );
+                const Real f = ( y - grid.lower[b] ) / h - grid.cell( y, b );
+                for ( int a = 0; a < Dim; ++a )
+                    sum.affine += mass *
+                                  Method::template affineEnergy<Basis>( f, h ) *
+                                  C( p, a, b ) * C( p, a, b );
+            }
+        },
+        totals );
+    return totals;
+}
+
+//! Copies the particles to the host. Needs pressures (particleState).
+template <int Dim>
+ParticleData copyParticles( const State<Dim>& state )
+{
+    const auto host = Cabana::create_mirror_view_and_copy(
+        Kokkos::HostSpace(), state.particles.data() );
+    const auto x = Cabana::slice<Position>( host );
+    const auto v = Cabana::slice<Velocity>( host );
+    const auto m = Cabana::slice<Mass>( host );
+    const auto V = Cabana::slice<Volume>( host );
+    const auto e = Cabana::slice<SpecificInternalEnergy>( host );
+    const auto pressure = Cabana::slice<Pressure>( host );
+    const auto id = Cabana::slice<Id>( host );
+    const std::size_t n = host.size();
+    ParticleData data;
+    data.position.resize( n * Dim );
+    data.velocity.resize( n * Dim );
+    for ( auto* list : { &data.mass, &data.volume, &data.density,
+                         &data.pressure, &data.specific_internal_energy } )
+        list->resize( n );
+    data.id.resize( n );
+    for ( std::size_t p = 0; p < n; ++p )
+    {
+        for ( int d = 0; d < Dim; ++d )
+        {
+            data.position[p * Dim + d] = x( p, d );
+            data.velocity[p * Dim + d] = v( p, d );
+        }
+        data.mass[p] = m( p );
+        data.volume[p] = V( p );
+        data.density[p] = m( p ) / V( p );
+        data.pressure[p] = pressure( p );
+        data.specific_internal_energy[p] = e( p );
+        data.id[p] = id( p );
+    }
+    return data;
+}
+
+/*!
+  \brief Fields on the owned nodes: density (sum m w) / (sum V w), velocity and
+  energy weighted by mass, pressure by volume. All 0 where there is no gas.
+*/
+template <class Basis, int Dim>
+GridData sampleGrid( const State<Dim>& state )
+{
+    constexpr int columns = 4 + Dim; // m, V, V p, m e, m v
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    NodeView field( "Machpoint::sample", layout.total, columns );
+    auto scatter = makeScatter( field );
+    const auto sums = scatter;
+    Kokkos::parallel_for(
+        "Machpoint::sampleGrid", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            const auto nodes = sums.access();
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            forEachNode<Basis, Dim>( s, layout,
+                                     [&]( const StencilNode<Dim>& i )
+                                     {
+                                         const Real mw = m( p ) * i.weight;
+                                         const Real Vw = V( p ) * i.weight;
+                                         nodes( i.row, 0 ) += mw;
+                                         nodes( i.row, 1 ) += Vw;
+                                         nodes( i.row, 2 ) +=
+                                             Vw * pressure( p );
+                                         nodes( i.row, 3 ) += mw * e( p );
+                                         for ( int d = 0; d < Dim; ++d )
+                                             nodes( i.row, 4 + d ) +=
+                                                 mw * v( p, d );
+                                     } );
+        } );
+    Kokkos::Experimental::contribute( field, scatter );
+    NodeComponents<columns> components{};
+    for ( int d = 0; d < Dim; ++d )
+        components[4 + d] = { Parity::velocity, d };
+    state.halo.fold( field, components );
+    state.halo.fill( field, components );
+
+    const auto host =
+        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), field );
+    GridData data;
+    std::size_t total = 1;
+    for ( int d = 0; d < Dim; ++d )
+    {
+        data.shape.insert( data.shape.begin(), layout.owned[d] );
+        data.lower.push_back( layout.first[d] );
+        data.spacing.push_back( layout.spacing[d] );
+        total *= layout.owned[d];
+    }
+    for ( auto* list :
+          { &data.density, &data.pressure, &data.specific_internal_energy } )
+        list->assign( total, 0 );
+    data.velocity.assign( total * Dim, 0 );
+    const Real least = 1e-12 * grid.cellVolume();
+    for ( std::size_t n = 0; n < total; ++n )
+    {
+        Indices<Dim> i{};
+        std::size_t rest = n;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            i[d] = static_cast<int>( rest % layout.owned[d] );
+            rest /= layout.owned[d];
+        }
+        const int row = layout( i );
+        if ( host( row, 1 ) <= least )
+            continue;
+        data.density[n] = host( row, 0 ) / host( row, 1 );
+        data.pressure[n] = host( row, 2 ) / host( row, 1 );
+        data.specific_internal_energy[n] = host( row, 3 ) / host( row, 0 );
+        for ( int d = 0; d < Dim; ++d )
+            data.velocity[n * Dim + d] = host( row, 4 + d ) / host( row, 0 );
+    }
+    return data;
+}
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,304 @@
+#include <core/scene.hpp>
+
+#include <boundary/shape.hpp>
+#include <physics/modules.hpp>
+
+#include <fmt/format.h>
+
+namespace Machpoint
+{
+
+namespace
+{
+
+template <int Dim>
+std::vector<Parameters>
+declarations( const std::vector<ModuleFactory<Dim>>& factories,
+              const int dimension )
+{
+    std::vector<Parameters> list;
+    for ( const auto& factory : factories )
+        list.push_back( factory.declare( dimension ) );
+    return list;
+}
+
+template <int Dim>
+const ModuleFactory<Dim>&
+findFactory( const std::vector<ModuleFactory<Dim>>& factories,
+             const std::string& name )
+{
+    for ( const auto& factory : factories )
+        if ( factory.name == name )
+            return factory;
+    throw std::logic_error( "no module " + name );
+}
+
+//! Makes the modules of a list, equations of state first.
+template <int Dim>
+void makeModules( const Json& list,
+                  const std::vector<ModuleFactory<Dim>>& factories,
+                  Scene<Dim>& scene )
+{
+    for ( const bool gas : { true, false } )
+        for ( const auto& json : list )
+        {
+            const auto& factory = findFactory(
+                factories, json.at( "type" ).template get<std::string>() );
+            if ( factory.is_equation_of_state != gas )
+                continue;
+            auto module = factory.make( json, scene.gas );
+            if ( gas )
+                scene.gas = static_cast<EquationOfState<Dim>*>( module.get() );
+            auto name = factory.name;
+            if ( json.contains( "side" ) )
+                name += " " + json.at( "side" ).template get<std::string>();
+            else if ( json.contains( "name" ) )
+                name += " " + json.at( "name" ).template get<std::string>();
+            scene.modules.push_back( { name, std::move( module ) } );
+        }
+}
+
+//! What each node of each side is; the modules claim them.
+template <int Dim>
+Halo<Dim> makeHalo( Scene<Dim>& scene, const NodeLayout<Dim>& layout )
+{
+    using View = typename Halo<Dim>::KindView;
+    Kokkos::Array<View, 2 * Dim> kinds;
+    std::vector<std::string> errors;
+    const auto names = sideNames( Dim );
+    for ( int side = 0; side < 2 * Dim; ++side )
+    {
+        const int axis = side / 2;
+        const int size = Halo<Dim>::sideSize( layout, axis );
+        kinds[side] = View( "Machpoint::sideKinds", size );
+        auto host = Kokkos::create_mirror_view( kinds[side] );
+        std::string gap, overlap;
+        for ( int t = 0; t < size; ++t )
+        {
+            auto i = Halo<Dim>::sideNode( layout, axis, t );
+            // The halo's corners belong to the nearest place of the side.
+            for ( int d = 0; d < Dim; ++d )
+                i[d] = std::clamp( i[d], 0, layout.owned[d] - 1 );
+            auto x = layout.position( i );
+            x[axis] = side % 2 ? scene.state.grid.upper[axis]
+                               : scene.state.grid.lower[axis];
+            int claims = 0;
+            for ( const auto& active : scene.modules )
+                for ( const auto& claim : active.module->sides() )
+                    if ( claim.side == side && active.module->covers( x ) )
+                    {
+                        host( t ) = claim.kind;
+                        ++claims;
+                    }
+            auto& problem = claims == 0 ? gap : overlap;
+            if ( claims != 1 && problem.empty() )
+                problem =
+                    fmt::format( "near ({:.4g}", x[0] ) +
+                    ( Dim > 1 ? fmt::format( ", {:.4g}", x[1] ) : "" ) +
+                    ( Dim > 2 ? fmt::format( ", {:.4g}", x[Dim - 1] ) : "" ) +
+                    ")";
+            if ( host( t ) == SideKind::no_slip )
+                for ( int d = 0; d < Dim; ++d )
+                    scene.has_wall[d] = 1;
+            else if ( host( t ) == SideKind::slip )
+                scene.has_wall[axis] = 1;
+        }
+        if ( !gap.empty() )
+            errors.push_back( fmt::format(
+                "/boundary: no entry for side {} {}; add one, for example "
+                "{{ \"type\": \"slip_wall\", \"side\": \"{}\" }}",
+                names[side], gap, names[side] ) );
+        if ( !overlap.empty() )
+            errors.push_back( fmt::format(
+                "/boundary: more than one entry for side {} {}; keep one, or "
+                "give them regions that do not overlap",
+                names[side], overlap ) );
+        Kokkos::deep_copy( kinds[side], host );
+    }
+    if ( !errors.empty() )
+        throw InputError( errors );
+    return Halo<Dim>( layout, kinds );
+}
+
+template <std::size_t K = 0>
+std::vector<Parameters> declareInitialStates( const int dimension )
+{
+    if constexpr ( K < std::tuple_size_v<InitialStates> )
+    {
+        auto list = declareInitialStates<K + 1>( dimension );
+        list.insert(
+            list.begin(),
+            std::tuple_element_t<K, InitialStates>::declare( dimension ) );
+        return list;
+    }
+    return {};
+}
+
+template <std::size_t K = 0>
+std::unique_ptr<InitialState> makeInitialState( const Json& json )
+{
+    if constexpr ( K < std::tuple_size_v<InitialStates> )
+    {
+        using Type = std::tuple_element_t<K, InitialStates>;
+        if ( json.at( "type" ) == Type::name )
+            return std::make_unique<Type>( json );
+        return makeInitialState<K + 1>( json );
+    }
+    throw std::logic_error( "no initial state " + json.at( "type" ).dump() );
+}
+
+//! Lays the particles into the cells, on the host, cell by cell.
+template <int Dim>
+void placeParticles( const Json& input, Scene<Dim>& scene )
+{
+    using HostShape = Shape<Dim, Kokkos::HostSpace>;
+    std::vector<std::unique_ptr<InitialState>> states;
+    std::vector<HostShape> regions;
+    std::vector<bool> everywhere;
+    for ( const auto& json : input.at( "initial" ) )
+    {
+        states.push_back( makeInitialState( json ) );
+        everywhere.push_back( !json.contains( "region" ) );
+        regions.push_back(
+            everywhere.back()
+                ? HostShape()
+                : makeShape<Dim, Kokkos::HostSpace>( json.at( "region" ) ) );
+    }
+
+    auto& state = scene.state;
+    const auto& grid = state.grid;
+    const int q = latticeSize( state.per_cell, Dim );
+    const std::size_t places =
+        static_cast<std::size_t>( grid.totalCells() ) * state.per_cell;
+    Cabana::AoSoA<ParticleMembers<Dim>, Kokkos::HostSpace> host(
+        "Machpoint::hostParticles", places );
+    auto x = Cabana::slice<Position>( host );
+    auto v = Cabana::slice<Velocity>( host );
+    auto L = Cabana::slice<VelocityGradient>( host );
+    auto m = Cabana::slice<Mass>( host );
+    auto V = Cabana::slice<Volume>( host );
+    auto e = Cabana::slice<SpecificInternalEnergy>( host );
+    auto pressure = Cabana::slice<Pressure>( host );
+    auto sound_speed = Cabana::slice<SoundSpeed>( host );
+    auto id = Cabana::slice<Id>( host );
+    std::size_t p = 0;
+    for ( int cell = 0; cell < grid.totalCells(); ++cell )
+        for ( int k = 0; k < state.per_cell; ++k )
+        {
+            const auto f =
+                placeInCell<Dim>( state.placement, q, state.seed, cell, k );
+            Vector<Dim> y{};
+            int rest = cell;
+            for ( int d = 0; d < Dim; ++d )
+            {
+                y[d] = grid.lower[d] +
+                       ( rest % grid.cells[d] + f[d] ) * grid.spacing[d];
+                rest /= grid.cells[d];
+            }
+            bool solid = false;
+            for ( const auto& active : scene.modules )
+                solid = solid || active.module->isSolid( y );
+            if ( solid )
+                continue;
+            // The last entry whose region holds the place wins.
+            int entry = static_cast<int>( states.size() ) - 1;
+            while ( entry >= 0 && !everywhere[entry] &&
+                    regions[entry].distance( y ) >= 0 )
+                --entry;
+            if ( entry < 0 )
+                continue; // a place without gas
+            Vector<3> place{};
+            for ( int d = 0; d < Dim; ++d )
+                place[d] = y[d];
+            const auto gas = states[entry]->state( place );
+            for ( int a = 0; a < Dim; ++a )
+            {
+                x( p, a ) = y[a];
+                v( p, a ) = gas.velocity[a];
+                for ( int b = 0; b < Dim; ++b )
+                    L( p, a, b ) = 0;
+            }
+            V( p ) = grid.cellVolume() / state.per_cell;
+            m( p ) = gas.density * V( p );
+            e( p ) =
+                scene.gas->specificInternalEnergy( gas.density, gas.pressure );
+            pressure( p ) = 0;
+            sound_speed( p ) = 0;
+            id( p ) = static_cast<std::int64_t>( cell ) * state.per_cell + k;
+            ++p;
+        }
+    if ( p == 0 )
+        throw InputError(
+            { "/initial: no particle finds room: obstacles and regions leave "
+              "no gas in the domain; shrink the obstacle or widen a region" } );
+    host.resize( p );
+    state.particles.resize( p );
+    Cabana::deep_copy( state.particles.data(), host );
+}
+
+} // namespace
+
+template <int Dim>
+Scene<Dim> makeScene( const Json& input, const Grid<Dim>& grid,
+                      const NodeLayout<Dim>& layout )
+{
+    Scene<Dim> scene;
+    auto& state = scene.state;
+    state.grid = grid;
+    state.layout = layout;
+    const auto& particles = input.at( "particles" );
+    state.per_cell = particles.at( "per_cell" );
+    state.seed = particles.at( "seed" ).template get<std::uint64_t>();
+    const auto placement =
+        particles.at( "placement" ).template get<std::string>();
+    state.placement = placement == "lattice"    ? Placement::lattice
+                      : placement == "jittered" ? Placement::jittered
+                                                : Placement::random;
+    state.cfl = input.at( "time" ).at( "cfl" );
+    makeModules( input.at( "physics" ), physicsModules<Dim>(), scene );
+    makeModules( input.at( "boundary" ), boundaryModules<Dim>(), scene );
+    for ( const auto& active : scene.modules )
+        scene.is_open = scene.is_open || active.module->isOpen();
+    state.halo = makeHalo( scene, layout );
+    state.nodes.moments =
+        NodeView( "Machpoint::moments", layout.total, 1 + 2 * Dim );
+    state.nodes.velocities =
+        NodeView( "Machpoint::velocities", layout.total, 2 * Dim );
+    placeParticles( input, scene );
+    return scene;
+}
+
+Family physicsFamily()
+{
+    return { "physics", []( const int dimension )
+             { return declarations( physicsModules<3>(), dimension ); } };
+}
+
+Family boundaryFamily()
+{
+    return { "boundary", []( const int dimension )
+             { return declarations( boundaryModules<3>(), dimension ); } };
+}
+
+Family initialFamily()
+{
+    return { "initial", []( const int dimension )
+             {
+                 auto list = declareInitialStates( dimension );
+                 for ( auto& entry : list )
+                     entry
+                         .oneOf( "region", shapeFamily(),
+                                 "fill only the inside of this shape" )
+                         .optional();
+                 return list;
+             } };
+}
+
+template Scene<1> makeScene( const Json&, const Grid<1>&,
+                             const NodeLayout<1>& );
+template Scene<2> makeScene( const Json&, const Grid<2>&,
+                             const NodeLayout<2>& );
+template Scene<3> makeScene( const Json&, const Grid<3>&,
+                             const NodeLayout<3>& );
+
+} // namespace Machpoint

@@ -1,0 +1,106 @@
+/*!
+  \file simulation.hpp
+  \brief A run as its driver sees it, whatever its dimension, basis and method.
+*/
+#ifndef MACHPOINT_SIMULATION_HPP
+#define MACHPOINT_SIMULATION_HPP
+
+#include <core/module.hpp>
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! The computation broke down: what, where, when, and what to try.
+class NumericalFailure : public std::runtime_error
+{
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+//! Sums over all particles.
+struct Totals
+{
+    Real mass = 0;
+    Vector<3> momentum{}; //!< components beyond Dim are 0
+    //! \name Energies; the affine part is kinetic energy within a particle
+    //! @{
+    Real internal = 0, kinetic = 0, affine = 0;
+    //! @}
+    Real energy() const { return internal + kinetic + affine; }
+};
+
+//! Extremes over all particles and steps so far.
+struct Extrema
+{
+    Real min_density = Kokkos::Experimental::infinity_v<Real>;
+    Real min_specific_internal_energy = Kokkos::Experimental::infinity_v<Real>;
+    Real max_mach = 0;
+};
+
+//! Particle data on the host, for output and errors. Row-major.
+struct ParticleData
+{
+    std::vector<Real> position, velocity; //!< [n][Dim]
+    std::vector<Real> mass, volume, density, pressure,
+        specific_internal_energy; //!< [n]
+    std::vector<std::int64_t> id; //!< [n]
+};
+
+//! Node data on the host, for output. Row-major, x last.
+struct GridData
+{
+    std::vector<std::size_t> shape;   //!< [nz][ny][nx]
+    std::vector<Real> lower, spacing; //!< [Dim], x first
+    std::vector<Real> density, pressure, specific_internal_energy;
+    std::vector<Real> velocity; //!< [nz][ny][nx][Dim]
+};
+
+//! A run in progress.
+class Simulation
+{
+  public:
+    virtual ~Simulation() = default;
+
+    //! One time step, not beyond `until`. \throws NumericalFailure
+    virtual void step( Real until ) = 0;
+
+    virtual int dimension() const = 0;
+    virtual Real time() const = 0;
+    virtual Real timeStep() const = 0;
+    virtual std::int64_t steps() const = 0;
+    virtual std::int64_t particles() const = 0;
+    //! What limited the last time step.
+    virtual const std::string& limiter() const = 0;
+    virtual Real bytesPerParticle() const = 0;
+
+    virtual Totals totals() const = 0;
+    virtual const Extrema& extrema() const = 0;
+    virtual const Ledger& ledger() const = 0;
+    virtual bool isOpen() const = 0;
+    //! Is momentum along this axis free of walls and obstacles?
+    virtual bool conservesMomentum( int axis ) const = 0;
+
+    //! \name Data for output; derived fields are brought up to date
+    //! @{
+    virtual ParticleData particleData() = 0;
+    virtual GridData gridData() = 0;
+    virtual std::vector<const Series*> series() const = 0;
+    //! @}
+};
+
+//! Makes a run from a resolved input. \throws InputError
+template <int Dim, class Basis, class Method>
+std::unique_ptr<Simulation> makeSimulation( const Json& input );
+
+//! The same for the dimension, basis and method that the input names.
+//! \throws InputError when this build lacks them
+std::unique_ptr<Simulation> makeSimulation( const Json& input );
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,269 @@
+/*!
+  \file stepper.hpp
+  \brief Layer 5: the time loop, with the names and numbers of Algorithm 1.
+*/
+#ifndef MACHPOINT_STEPPER_HPP
+#define MACHPOINT_STEPPER_HPP
+
+#include <core/method_apic.hpp>
+#include <core/method_paper.hpp>
+#include <core/profile.hpp>
+#include <core/sampling.hpp>
+#include <core/scene.hpp>
+#include <core/time_step.hpp>
+
+namespace Machpoint
+{
+
+//! Steps during which the time step is shortened, and to which part: a
+//! discontinuous start has no divergence yet for the viscosity to see.
+constexpr int start_up_steps = 10;
+constexpr Real start_up_factor = 0.2;
+
+/*!
+  \brief One scene, advanced by one method on one basis.
+
+  \tparam Method Paper or Apic: whether P2G is affine, and G2P.
+*/
+template <int Dim, class Basis, class Method>
+class Stepper : public Simulation
+{
+  public:
+    //! \param input resolved \throws InputError
+    explicit Stepper( const Json& input )
+        : Stepper( input, makeGrid<Dim>( input ) )
+    {
+    }
+
+    //! Algorithm 1 of Baioni et al. 2023; docs/method.md has the equations.
+    void step( const Real until ) override
+    {
+        auto& state = _scene.state;
+        each( "particle state", &Module<Dim>::particleState ); // 1
+        chooseTimeStep( until );
+        if ( state.step % _sort_every == 0 )
+            sortParticles();
+        {
+            Profile::Phase phase( "P2G" );
+            particlesToGrid<Basis, Method::affine>( state, _scatter ); // 2-4
+        }
+        each( "grid force", &Module<Dim>::gridForce );
+        {
+            Profile::Phase phase( "grid" );
+            state.halo.fold( state.nodes.moments, momentComponents<Dim>() );
+            gridVelocity( state );
+        }
+        constrain( { state.nodes.velocities, 0 } ); // eq. 7
+        {
+            Profile::Phase phase( "grid" );
+            advanceGridVelocity( state ); // 5
+        }
+        constrain( { state.nodes.velocities, Dim } ); // eq. 7
+        {
+            Profile::Phase phase( "grid" );
+            state.halo.fill( state.nodes.velocities,
+                             vectorComponents<Dim, 2>( Parity::velocity ) );
+        }
+        each( "grid work", &Module<Dim>::gridWork );
+        {
+            Profile::Phase phase( "G2P" );
+            Method::template gridToParticles<Basis, Dim>( // 6-10
+                state, _storage,
+                [this]( const GridVelocity& v ) { constrain( v ); } );
+        }
+        each( "particle source", &Module<Dim>::particleSource );
+        applyBoundaries();
+        each( "inject", &Module<Dim>::inject );
+        state.time =
+            state.dt >= until - state.time ? until : state.time + state.dt;
+        ++state.step;
+    }
+
+    int dimension() const override { return Dim; }
+    Real time() const override { return _scene.state.time; }
+    Real timeStep() const override { return _scene.state.dt; }
+    std::int64_t steps() const override { return _scene.state.step; }
+    std::int64_t particles() const override
+    {
+        return _scene.state.particles.size();
+    }
+    const std::string& limiter() const override { return _limiter; }
+    Real bytesPerParticle() const override
+    {
+        return _scene.state.particles.bytesPerParticle();
+    }
+    Totals totals() const override
+    {
+        return sumParticles<Basis, Method>( _scene.state );
+    }
+    const Extrema& extrema() const override { return _extrema; }
+    const Ledger& ledger() const override { return _scene.state.ledger; }
+    bool isOpen() const override { return _scene.is_open; }
+    bool conservesMomentum( const int axis ) const override
+    {
+        for ( const auto& active : _scene.modules )
+            if ( active.module->exertsForce() )
+                return false;
+        return !_scene.is_open && !_scene.has_wall[axis];
+    }
+    ParticleData particleData() override
+    {
+        _scene.gas->particleState( _scene.state ); // pressure without q
+        return copyParticles( _scene.state );
+    }
+    GridData gridData() override
+    {
+        _scene.gas->particleState( _scene.state );
+        return sampleGrid<Basis>( _scene.state );
+    }
+    std::vector<const Series*> series() const override
+    {
+        std::vector<const Series*> list;
+        for ( const auto& active : _scene.modules )
+            if ( active.module->series() )
+                list.push_back( active.module->series() );
+        return list;
+    }
+
+  private:
+    Stepper( const Json& input, const Grid<Dim>& grid )
+        : _scene( makeScene<Dim>( input, grid, nodeLayout<Basis>( grid ) ) ),
+          _storage( _scene.state ),
+          _scatter( makeScatter( _scene.state.nodes.moments ) ),
+          _sort_every( input.at( "particles" ).at( "sort_every" ) )
+    {
+        each( "set-up", &Module<Dim>::initialize );
+        each( "set-up", &Module<Dim>::particleState );
+        survey();
+    }
+
+    //! Calls a hook of every module, in the order of the input.
+    void each( const char* phase_name,
+               void ( Module<Dim>::*hook )( State<Dim>& ) )
+    {
+        Profile::Phase phase( phase_name );
+        for ( auto& active : _scene.modules )
+        {
+            Profile::Effect effect( active.name );
+            ( active.module.get()->*hook )( _scene.state );
+        }
+    }
+
+    void constrain( const GridVelocity& velocity )
+    {
+        Profile::Phase phase( "grid boundaries" );
+        for ( auto& active : _scene.modules )
+        {
+            Profile::Effect effect( active.name );
+            active.module->applyToGrid( _scene.state, velocity );
+        }
+    }
+
+    void applyBoundaries()
+    {
+        Profile::Phase phase( "particle boundaries" );
+        int removed = 0;
+        for ( auto& active : _scene.modules )
+        {
+            Profile::Effect effect( active.name );
+            removed += active.module->applyToParticles( _scene.state );
+        }
+        _scene.state.particles.removeMarked( removed );
+    }
+
+    ParticleSurvey survey()
+    {
+        const auto found = surveyParticles( _scene.state );
+        if ( found.broken >= 0 )
+            throw describeFailure( _scene.state, found.broken );
+        _extrema.min_density =
+            std::min( _extrema.min_density, found.extrema.min_density );
+        _extrema.min_specific_internal_energy =
+            std::min( _extrema.min_specific_internal_energy,
+                      found.extrema.min_specific_internal_energy );
+        _extrema.max_mach =
+            std::max( _extrema.max_mach, found.extrema.max_mach );
+        return found;
+    }
+
+    //! dt = CFL h / max(c + |v|), or less where an effect asks for it.
+    void chooseTimeStep( const Real until )
+    {
+        Profile::Phase phase( "time step" );
+        auto& state = _scene.state;
+        const Real fastest = survey().fastest;
+        Real dt = Kokkos::Experimental::infinity_v<Real>;
+        _limiter = "end of run";
+        if ( fastest > 0 )
+        {
+            dt = state.cfl * state.grid.minSpacing() / fastest;
+            _limiter = "wave speed";
+        }
+        for ( auto& active : _scene.modules )
+        {
+            Profile::Effect effect( active.name );
+            const Real limit = active.module->limitTimeStep( state );
+            if ( limit < dt )
+            {
+                dt = limit;
+                _limiter = active.name;
+            }
+        }
+        if ( state.step < start_up_steps )
+            dt *= start_up_factor;
+        if ( !( dt > 1e-14 * ( until - state.time ) ) )
+            throw NumericalFailure( fmt::format(
+                "the time step fell to {:.3g} at step {}, t = {:.8g}, limited "
+                "by {}; the run would not end: look for a particle that is "
+                "hot or fast beyond reason, or try method.name = apic",
+                dt, state.step, state.time, _limiter ) );
+        if ( dt >= until - state.time )
+        {
+            dt = until - state.time;
+            _limiter = "output time";
+        }
+        state.dt = dt;
+    }
+
+    void sortParticles()
+    {
+        Profile::Phase phase( "sort" );
+        auto& state = _scene.state;
+        const auto x = state.particles.template slice<Position>();
+        const auto grid = state.grid;
+        const int n = state.particles.size();
+        if ( static_cast<int>( _keys.extent( 0 ) ) < n )
+            Kokkos::realloc( Kokkos::WithoutInitializing, _keys, n + n / 4 );
+        const auto keys = Kokkos::subview( _keys, Kokkos::make_pair( 0, n ) );
+        computeKeys( x, grid, keys );
+        state.particles.permute( Cabana::binByKey( keys, grid.totalCells() ) );
+    }
+
+  public:
+    //! Cell of every particle. Public because nvcc wants the parent function
+    //! of a device lambda to be accessible.
+    template <class PositionSlice, class KeyView>
+    static void computeKeys( const PositionSlice& x, const Grid<Dim>& grid,
+                             const KeyView& keys )
+    {
+        Kokkos::parallel_for(
+            "Machpoint::cellOfParticle",
+            Range( 0, static_cast<int>( keys.extent( 0 ) ) ),
+            KOKKOS_LAMBDA( const int p ) {
+                keys( p ) = grid.flatCell( get<Dim>( x, p ) );
+            } );
+    }
+
+  private:
+    Scene<Dim> _scene;
+    typename Method::template Storage<Dim> _storage;
+    NodeScatter _scatter;
+    int _sort_every;
+    IndexList _keys;
+    std::string _limiter;
+    Extrema _extrema;
+};
+
+} // namespace Machpoint
+
+#endif

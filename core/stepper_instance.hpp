@@ -1,0 +1,21 @@
+/*!
+  \file stepper_instance.hpp
+  \brief Included by one generated file per dimension, basis and method.
+*/
+#ifndef MACHPOINT_STEPPER_INSTANCE_HPP
+#define MACHPOINT_STEPPER_INSTANCE_HPP
+
+#include <core/stepper.hpp>
+
+namespace Machpoint
+{
+
+template <int Dim, class Basis, class Method>
+std::unique_ptr<Simulation> makeSimulation( const Json& input )
+{
+    return std::make_unique<Stepper<Dim, Basis, Method>>( input );
+}
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,135 @@
+/*!
+  \file transfer.hpp
+  \brief Layer 3: what moves between particles and nodes. Both methods share
+  the kernels of this file; docs/method.md maps each to its equation.
+*/
+#ifndef MACHPOINT_TRANSFER_HPP
+#define MACHPOINT_TRANSFER_HPP
+
+#include <core/basis.hpp>
+#include <core/module.hpp>
+
+#include <Kokkos_ScatterView.hpp>
+
+namespace Machpoint
+{
+
+//! Sums that many particles add to one node: duplicated per thread on OpenMP,
+//! atomic on CUDA, plain on Serial. Made once per simulation, since its
+//! copies of the grid are too large to allocate in every step.
+using NodeScatter = decltype( Kokkos::Experimental::create_scatter_view(
+    std::declval<NodeView>() ) );
+
+//! The scatter of a field, cleared.
+inline NodeScatter makeScatter( const NodeView& field )
+{
+    return Kokkos::Experimental::create_scatter_view( field );
+}
+
+//! Velocity of the affine field of particle p at x_p + dx.
+template <int Dim, class VelocitySlice, class GradientSlice>
+KOKKOS_INLINE_FUNCTION Vector<Dim>
+affineVelocity( const VelocitySlice& v, const GradientSlice& C, const int p,
+                const Vector<Dim>& dx )
+{
+    Vector<Dim> u = get<Dim>( v, p );
+    for ( int a = 0; a < Dim; ++a )
+        for ( int b = 0; b < Dim; ++b )
+            u[a] += C( p, a, b ) * dx[b];
+    return u;
+}
+
+/*!
+  \brief P2G of mass, momentum and internal force (Algorithm 1, lines 2-4).
+
+  m_i = sum m w, (mv)_i = sum m w (v + Affine C (x_i - x)),
+  f_i = sum V p grad w.
+
+  \tparam Affine does the momentum carry the affine velocity field?
+  \param[out] state.nodes.moments [nodes][1 + 2 Dim], halo not yet folded
+*/
+template <class Basis, bool Affine, int Dim>
+void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    auto moments = state.nodes.moments;
+    Kokkos::deep_copy( ExecutionSpace(), moments, 0.0 );
+    scatter.reset_except( moments );
+    const auto sums = scatter;
+    Kokkos::parallel_for(
+        "Machpoint::particlesToGrid", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            const auto nodes = sums.access();
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Real mass = m( p );
+            const Real Vp = V( p ) * pressure( p );
+            forEachNode<Basis, Dim>(
+                s, layout,
+                [&]( const StencilNode<Dim>& i )
+                {
+                    const Real mw = mass * i.weight;
+                    Vector<Dim> u;
+                    if constexpr ( Affine )
+                        u = affineVelocity<Dim>( v, C, p, i.dx );
+                    else
+                        u = get<Dim>( v, p );
+                    nodes( i.row, 0 ) += mw;
+                    for ( int d = 0; d < Dim; ++d )
+                    {
+                        nodes( i.row, 1 + d ) += mw * u[d];
+                        nodes( i.row, 1 + Dim + d ) += Vp * i.gradient[d];
+                    }
+                } );
+        } );
+    Kokkos::Experimental::contribute( moments, scatter );
+}
+
+//! v_i = (mv)_i / m_i on every stored node; 0 where there is no gas.
+//! \param[out] velocities columns 0 to Dim - 1
+template <int Dim>
+void gridVelocity( const State<Dim>& state )
+{
+    const auto moments = state.nodes.moments;
+    const auto velocities = state.nodes.velocities;
+    Kokkos::parallel_for(
+        "Machpoint::gridVelocity", Range( 0, state.layout.total ),
+        KOKKOS_LAMBDA( const int i ) {
+            const Real m = moments( i, 0 );
+            for ( int d = 0; d < Dim; ++d )
+                velocities( i, d ) = m > 0 ? moments( i, 1 + d ) / m : 0.0;
+        } );
+}
+
+//! v'_i = v_i + dt f_i / m_i (Algorithm 1, line 5).
+//! \param[out] velocities columns Dim to 2 Dim - 1
+template <int Dim>
+void advanceGridVelocity( const State<Dim>& state )
+{
+    const auto moments = state.nodes.moments;
+    const auto velocities = state.nodes.velocities;
+    const Real dt = state.dt;
+    Kokkos::parallel_for(
+        "Machpoint::advanceGridVelocity", Range( 0, state.layout.total ),
+        KOKKOS_LAMBDA( const int i ) {
+            const Real m = moments( i, 0 );
+            for ( int d = 0; d < Dim; ++d )
+                velocities( i, Dim + d ) =
+                    velocities( i, d ) +
+                    ( m > 0 ? dt * moments( i, 1 + Dim + d ) / m : 0.0 );
+        } );
+}
+
+//! Largest change of a volume in one step: V' = V max(1 + dt div v, this). A
+//! particle cannot be turned inside out by one bad step.
+constexpr Real min_volume_ratio = 0.1;
+
+} // namespace Machpoint
+
+#endif

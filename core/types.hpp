@@ -1,0 +1,60 @@
+/*!
+  \file types.hpp
+  \brief Layer 1: the number type, the execution and memory space, and small
+  fixed-size vectors. Everything else builds on these names.
+*/
+#ifndef MACHPOINT_TYPES_HPP
+#define MACHPOINT_TYPES_HPP
+
+#include <Kokkos_Core.hpp>
+
+#include <cstdint>
+
+namespace Machpoint
+{
+
+//! Floating-point type of all fields (nondimensional unless labelled).
+using Real = double;
+
+// One backend per build (Machpoint_BACKEND); without a choice, Kokkos' own.
+#if defined( MACHPOINT_BACKEND_CUDA )
+using ExecutionSpace = Kokkos::Cuda;
+#elif defined( MACHPOINT_BACKEND_OPENMP )
+using ExecutionSpace = Kokkos::OpenMP;
+#elif defined( MACHPOINT_BACKEND_SERIAL )
+using ExecutionSpace = Kokkos::Serial;
+#else
+using ExecutionSpace = Kokkos::DefaultExecutionSpace;
+#endif
+using MemorySpace = typename ExecutionSpace::memory_space;
+
+//! Range of particles or nodes on the build's backend.
+using Range = Kokkos::RangePolicy<ExecutionSpace>;
+
+//! Position, velocity or other vector. Shape [Dim].
+template <int Dim>
+using Vector = Kokkos::Array<Real, Dim>;
+
+//! Cell or node coordinates. Shape [Dim].
+template <int Dim>
+using Indices = Kokkos::Array<int, Dim>;
+
+//! Node data, one row per node, one column per component:
+//! [nodes][components]. A node's components are neighbours in memory, so that
+//! a row of the stencil is a few cache lines.
+using NodeView = Kokkos::View<Real**, Kokkos::LayoutRight,
+                              typename ExecutionSpace::device_type>;
+
+//! Scalar product. \param a, b [Dim].
+template <int Dim>
+KOKKOS_INLINE_FUNCTION Real dot( const Vector<Dim>& a, const Vector<Dim>& b )
+{
+    Real sum = 0;
+    for ( int d = 0; d < Dim; ++d )
+        sum += a[d] * b[d];
+    return sum;
+}
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,208 @@
+#include <drivers/command_line.hpp>
+
+#include <drivers/input.hpp>
+#include <drivers/run.hpp>
+
+#include <boundary/shape.hpp>
+#include <core/basis.hpp>
+#include <core/exact.hpp>
+#include <core/method_apic.hpp>
+#include <core/method_paper.hpp>
+#include <core/output.hpp>
+#include <core/registry.hpp>
+#include <core/revision.hpp>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace Machpoint
+{
+
+namespace
+{
+
+//! A heading of `list` and what stands below it.
+struct Section
+{
+    std::string title;
+    std::vector<Parameters> entries;
+};
+
+//! Everything that an input can name.
+std::vector<Section> catalogue()
+{
+    auto find = []( const std::string& key )
+    {
+        for ( const auto& parameter : inputParameters( 0 ).keys() )
+            if ( parameter.name == key )
+                return *parameter.nested;
+        throw std::logic_error( "no input object " + key );
+    };
+    auto method = [&]( const std::string& name, const std::string& summary )
+    {
+        Parameters p( name, summary, 0 );
+        p.object( "method", find( "method" ), "the input's method object" );
+        return p;
+    };
+    auto basis = []( const char* name, const int degree, const char* nodes )
+    {
+        return Parameters(
+            name,
+            fmt::format( "B-splines of degree {}, nodes at {}", degree, nodes ),
+            0 );
+    };
+    return { { "input",
+               { inputParameters( 0 ), find( "grid" ), find( "particles" ),
+                 find( "time" ), find( "output" ) } },
+             { "method",
+               { method( Paper::name, Paper::summary ),
+                 method( Apic::name, Apic::summary ) } },
+             { "basis",
+               { basis( Linear::name, 1, "cell vertices" ),
+                 basis( Quadratic::name, 2, "cell centres" ),
+                 basis( Cubic::name, 3, "cell vertices" ) } },
+             { "physics", physicsFamily().members( 0 ) },
+             { "boundary", boundaryFamily().members( 0 ) },
+             { "shape", shapeFamily().members( 0 ) },
+             { "initial state", initialFamily().members( 0 ) },
+             { "exact solution", exactFamily().members( 0 ) } };
+}
+
+void listAll()
+{
+    for ( const auto& section : catalogue() )
+        for ( const auto& entry : section.entries )
+            fmt::print( "{:<16} {:<22} {}\n", section.title, entry.name(),
+                        entry.summary() );
+}
+
+void describeByName( const std::string& name )
+{
+    std::vector<std::string> names;
+    bool found = false;
+    for ( const auto& section : catalogue() )
+        for ( const auto& entry : section.entries )
+        {
+            names.push_back( entry.name() );
+            if ( entry.name() != name )
+                continue;
+            fmt::print( "{}{} ({}): {}\n", found ? "\n" : "", entry.name(),
+                        section.title, entry.summary() );
+            fmt::print( "{}", describe( entry ) );
+            found = true;
+        }
+    if ( found )
+        return;
+    const auto near = nearest( name, names );
+    throw InputError( { fmt::format(
+        "describe: nothing is called \"{}\"{}; see machpoint list", name,
+        near.empty() ? "" : "; did you mean \"" + near + "\"?" ) } );
+}
+
+int execute( const CLI::App& app, const std::string& file,
+             const std::vector<std::string>& overrides,
+             const RunOptions& options )
+{
+    if ( app.got_subcommand( "run" ) )
+    {
+        const Json input = loadInput( file, overrides );
+        try
+        {
+            return run( input, options );
+        }
+        catch ( const InputError& error )
+        {
+            // What shows only when the scene is built lacks the file's name.
+            auto messages = error.messages();
+            for ( auto& message : messages )
+                message = file + ": " + message;
+            throw InputError( messages );
+        }
+    }
+    if ( app.got_subcommand( "check" ) )
+    {
+        static_cast<void>( loadInput( file, overrides ) );
+        fmt::print( "{}: ok\n", file );
+    }
+    else if ( app.got_subcommand( "list" ) )
+        listAll();
+    else if ( app.got_subcommand( "describe" ) )
+        describeByName( file );
+    else
+        fmt::print( "{}\n", jsonSchema( inputParameters( 0 ) ).dump( 2 ) );
+    return finished;
+}
+
+} // namespace
+
+int runCommandLine( int argc, char** argv )
+{
+    CLI::App app( "Material Point Method for compressible gas flow",
+                  "machpoint" );
+    app.set_version_flag( "--version", revision );
+    app.require_subcommand( 1 );
+    std::string file;
+    std::vector<std::string> overrides;
+    RunOptions options;
+    auto addInput = [&]( CLI::App& command )
+    {
+        command.add_option( "INPUT", file, "JSON file of the scene" )
+            ->required();
+        command
+            .add_option( "--set", overrides,
+                         "override a value of the input: path=value" )
+            ->take_all()
+            ->allow_extra_args( false );
+    };
+    auto& run_command = *app.add_subcommand( "run", "run a scene" );
+    addInput( run_command );
+    run_command.add_option( "--output", options.output,
+                            "directory for the results (default out/<scene>)" );
+    run_command.add_flag( "--overwrite", options.overwrite,
+                          "replace the results of a former run" );
+    run_command
+        .add_option( "--max-steps", options.max_steps, "end after that many" )
+        ->check( CLI::NonNegativeNumber );
+    run_command.add_flag( "--quiet", options.quiet, "no progress, no table" );
+    addInput( *app.add_subcommand( "check", "validate a scene" ) );
+    app.add_subcommand( "list", "list methods, bases, physics, boundaries, "
+                                "shapes, initial and exact states" );
+    app.add_subcommand( "describe", "parameters of what `list` names" )
+        ->add_option( "NAME", file, "as in `list`" )
+        ->required();
+    app.add_subcommand( "schema", "JSON Schema of an input" );
+    try
+    {
+        app.parse( argc, argv );
+    }
+    catch ( const CLI::ParseError& error )
+    {
+        return app.exit( error ) == 0 ? finished : wrong_input;
+    }
+
+    try
+    {
+        // Kokkos' own flags are not ours; its environment variables work.
+        const Kokkos::ScopeGuard guard{ Kokkos::InitializationSettings() };
+        return execute( app, file, overrides, options );
+    }
+    catch ( const InputError& error )
+    {
+        for ( const auto& message : error.messages() )
+            fmt::print( stderr, "{}\n", message );
+        return wrong_input;
+    }
+    catch ( const IoError& error )
+    {
+        fmt::print( stderr, "machpoint: {}\n", error.what() );
+        return io_failure;
+    }
+    catch ( const std::bad_alloc& )
+    {
+        fmt::print( stderr, "machpoint: out of memory; take fewer cells or "
+                            "particles per cell\n" );
+        return wrong_input;
+    }
+}
+
+} // namespace Machpoint

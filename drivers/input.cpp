@@ -1,0 +1,347 @@
+#include <drivers/input.hpp>
+
+#include <boundary/shape.hpp>
+#include <core/basis.hpp>
+#include <core/exact.hpp>
+#include <core/method_apic.hpp>
+#include <core/method_paper.hpp>
+#include <core/placement.hpp>
+#include <core/registry.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <sstream>
+
+namespace Machpoint
+{
+
+Parameters inputParameters( const int dimension )
+{
+    Parameters grid( "grid", "uniform Cartesian grid", dimension );
+    grid.vector( "lower", "lower corner of the domain" ).unit( "length" );
+    grid.vector( "upper", "upper corner of the domain" ).unit( "length" );
+    grid.integerVector( "cells", "number of cells" ).atLeast( 1 ).atMost( 1e8 );
+
+    Parameters method( "method", "numerical method", dimension );
+    method.choice( "name", { Paper::name, Apic::name }, "time stepping method" )
+        .defaultsTo( Apic::name );
+    method
+        .choice( "basis", { Linear::name, Quadratic::name, Cubic::name },
+                 "B-splines; by default linear for paper, quadratic for apic" )
+        .optional();
+    method.choice( "time", { "symplectic" }, "time integrator" )
+        .defaultsTo( "symplectic" );
+
+    Parameters particles( "particles", "the gas's particles", dimension );
+    particles.integer( "per_cell", "particles per cell" )
+        .atLeast( 1 )
+        .atMost( 10000 );
+    particles
+        .choice( "placement", { "lattice", "jittered", "random" },
+                 "where they start within a cell" )
+        .defaultsTo( "lattice" );
+    particles.integer( "seed", "of all random numbers" )
+        .atLeast( 0 )
+        .defaultsTo( 1 );
+    particles.integer( "sort_every", "steps between sorts by cell" )
+        .atLeast( 1 )
+        .defaultsTo( 20 );
+
+    Parameters time( "time", "length of the run and of its steps", dimension );
+    time.number( "end", "final time" ).unit( "time" ).above( 0 );
+    time.number( "cfl", "Courant number: part of a cell that the fastest wave "
+                        "crosses in a step" )
+        .above( 0 )
+        .atMost( 2 )
+        .defaultsTo( 0.4 );
+
+    Parameters output( "output", "what is written, and when", dimension );
+    output.number( "every", "time between outputs; by default start and end" )
+        .unit( "time" )
+        .above( 0 )
+        .optional();
+    output.boolean( "particles", "write particles" ).defaultsTo( true );
+    output.boolean( "grid", "write node fields" ).defaultsTo( true );
+
+    Parameters all( "input", "a run of machpoint", dimension );
+    all.text( "scene", "name of the scene and of its output directory" )
+        .nonEmpty();
+    all.integer( "dimension", "number of axes" ).atLeast( 1 ).atMost( 3 );
+    all.object( "grid", grid, "the domain and its cells" );
+    all.object( "method", method, "how the equations are solved" );
+    all.object( "particles", particles, "how many particles, and where" );
+    all.listOf( "physics", physicsFamily(),
+                "the gas and the effects that act on it, in order" )
+        .nonEmpty();
+    all.listOf( "initial", initialFamily(),
+                "what fills the domain; later entries overwrite earlier ones" )
+        .nonEmpty();
+    all.listOf( "boundary", boundaryFamily(), "sides and obstacles" )
+        .nonEmpty();
+    all.object( "time", time, "length of the run" );
+    all.oneOf( "exact", exactFamily(), "exact solution to measure errors by" )
+        .optional();
+    all.object( "output", output, "what is written" );
+    return all;
+}
+
+namespace
+{
+
+std::string readFile( const std::string& file )
+{
+    std::ifstream stream( file, std::ios::binary );
+    std::ostringstream text;
+    if ( stream )
+        text << stream.rdbuf();
+    if ( !stream || stream.bad() )
+        throw InputError( { file + ": cannot be read; check that the path is "
+                                   "a readable file" } );
+    return text.str();
+}
+
+//! Collects what no single key can tell: conflicts between keys.
+class Checker
+{
+  public:
+    Checker( const Json& input, std::vector<std::string>& errors )
+        : _input( input ), _errors( errors ),
+          _dimension( input.at( "dimension" ) )
+    {
+    }
+
+    void check()
+    {
+        checkScene();
+        checkGrid();
+        checkParticles();
+        checkPhysics();
+        checkInitial();
+        checkBoundary();
+        if ( _errors.empty() )
+            checkExact();
+    }
+
+  private:
+    void error( const std::string& place, const std::string& message )
+    {
+        _errors.push_back( place + ": " + message );
+    }
+
+    void checkScene()
+    {
+        const auto scene = _input.at( "scene" ).get<std::string>();
+        if ( scene.find_first_of( "/\\" ) != std::string::npos ||
+             scene == "." || scene == ".." )
+            error( "/scene", "names a directory, so it must hold no slash" );
+    }
+
+    void checkGrid()
+    {
+        const auto& grid = _input.at( "grid" );
+        const auto basis = _input.at( "method" ).at( "basis" );
+        const int least = basis == Linear::name ? 1 : 2;
+        double places = _input.at( "particles" ).at( "per_cell" );
+        for ( int d = 0; d < _dimension; ++d )
+        {
+            const double lower = grid.at( "lower" ).at( d );
+            const double upper = grid.at( "upper" ).at( d );
+            const std::int64_t cells = grid.at( "cells" ).at( d );
+            if ( !( lower < upper ) )
+                error( fmt::format( "/grid/upper/{}", d ),
+                       fmt::format( "must be > lower ({}), got {}", lower,
+                                    upper ) );
+            if ( !std::isfinite( upper - lower ) )
+                error( fmt::format( "/grid/upper/{}", d ),
+                       "the domain is too large for floating point" );
+            if ( cells < least )
+                error( fmt::format( "/grid/cells/{}", d ),
+                       fmt::format( "the {} basis needs at least {} cells "
+                                    "along each axis, got {}",
+                                    basis.get<std::string>(), least, cells ) );
+            places *= static_cast<double>( cells );
+        }
+        if ( places > std::numeric_limits<int>::max() )
+            error( "/grid/cells",
+                   fmt::format( "{:.3g} particles are more than one process "
+                                "can hold ({}); take fewer cells or particles "
+                                "per cell",
+                                places, std::numeric_limits<int>::max() ) );
+    }
+
+    void checkParticles()
+    {
+        const auto& particles = _input.at( "particles" );
+        const int n = particles.at( "per_cell" );
+        if ( particles.at( "placement" ) != "random" &&
+             latticeSize( n, _dimension ) == 0 )
+        {
+            const int q = std::max(
+                1, static_cast<int>( std::pow( n, 1.0 / _dimension ) ) );
+            error( "/particles/per_cell",
+                   fmt::format( "a lattice in {0}D needs q^{0} particles per "
+                                "cell, for example {1}, got {2}; or choose "
+                                "placement random",
+                                _dimension,
+                                static_cast<int>( std::pow( q, _dimension ) ),
+                                n ) );
+        }
+    }
+
+    void checkPhysics()
+    {
+        std::set<std::string> seen;
+        int gases = 0;
+        int k = 0;
+        for ( const auto& entry : _input.at( "physics" ) )
+        {
+            const auto type = entry.at( "type" ).get<std::string>();
+            if ( !seen.insert( type ).second )
+                error( fmt::format( "/physics/{}", k ),
+                       "a second " + type + "; keep one" );
+            for ( const auto& factory : physicsModules<3>() )
+                if ( factory.name == type && factory.is_equation_of_state )
+                    ++gases;
+            ++k;
+        }
+        if ( gases != 1 )
+            error( "/physics",
+                   fmt::format( "one equation of state is needed, got {}; for "
+                                "example {{ \"type\": \"ideal_gas\" }}",
+                                gases ) );
+    }
+
+    void checkInitial()
+    {
+        int k = 0;
+        for ( const auto& entry : _input.at( "initial" ) )
+        {
+            const auto place = fmt::format( "/initial/{}", k++ );
+            if ( entry.contains( "region" ) )
+                checkShape( entry.at( "region" ), place + "/region", _errors );
+            if ( entry.contains( "normal" ) )
+            {
+                double length = 0;
+                for ( const double n : entry.at( "normal" ) )
+                    length += n * n;
+                if ( !( length > 0 && std::isfinite( length ) ) )
+                    error( place + "/normal", "must have a length" );
+            }
+        }
+    }
+
+    void checkBoundary()
+    {
+        const auto names = sideNames( _dimension );
+        std::vector<int> entries( names.size() ), whole( names.size() ),
+            periodic( names.size() );
+        int k = 0;
+        for ( const auto& entry : _input.at( "boundary" ) )
+        {
+            const auto place = fmt::format( "/boundary/{}", k++ );
+            const auto type = entry.at( "type" ).get<std::string>();
+            for ( const auto* key : { "shape", "region" } )
+                if ( entry.contains( key ) )
+                    checkShape( entry.at( key ), place + "/" + key, _errors );
+            if ( !entry.contains( "side" ) )
+                continue;
+            const int side = sideNumber( entry.at( "side" ) );
+            ++entries[side];
+            whole[side] += entry.contains( "region" ) ? 0 : 1;
+            periodic[side] += type == "periodic" ? 1 : 0;
+            if ( type == "recycle" )
+            {
+                ++entries[side ^ 1];
+                ++whole[side ^ 1];
+            }
+            if ( type == "inflow" || type == "recycle" )
+            {
+                const double normal =
+                    entry.at( "velocity" ).at( side / 2 ).get<double>() *
+                    ( side % 2 ? 1 : -1 );
+                if ( type == "inflow" && normal >= 0 )
+                    error( place + "/velocity",
+                           "must point into the domain at " + names[side] );
+                if ( type == "recycle" && normal <= 0 )
+                    error( place + "/velocity",
+                           "must point out of the domain at " + names[side] +
+                               ", where the gas leaves" );
+            }
+        }
+        for ( std::size_t side = 0; side < names.size(); ++side )
+        {
+            if ( entries[side] == 0 )
+                error( "/boundary",
+                       fmt::format(
+                           "no entry for side {}; add one, for example {{ "
+                           "\"type\": \"slip_wall\", \"side\": \"{}\" }}",
+                           names[side], names[side] ) );
+            if ( whole[side] > 1 || ( whole[side] == 1 && entries[side] > 1 ) )
+                error( "/boundary", "more than one entry for side " +
+                                        names[side] +
+                                        "; keep one, or give all regions" );
+            if ( periodic[side] && !periodic[side ^ 1] )
+                error( "/boundary", names[side] +
+                                        " is periodic, so its partner " +
+                                        names[side ^ 1] + " must be too" );
+        }
+    }
+
+    void checkExact()
+    {
+        try
+        {
+            static_cast<void>( makeExact( _input ) );
+        }
+        catch ( const std::invalid_argument& e )
+        {
+            _errors.push_back( e.what() );
+        }
+    }
+
+    const Json& _input;
+    std::vector<std::string>& _errors;
+    int _dimension;
+};
+
+} // namespace
+
+Json loadInput( const std::string& file,
+                const std::vector<std::string>& overrides )
+{
+    Json input = parseJson( readFile( file ), file );
+    for ( const auto& assignment : overrides )
+        applyOverride( input, assignment );
+
+    int dimension = 0;
+    if ( input.is_object() && input.contains( "dimension" ) )
+    {
+        const auto& value = input.at( "dimension" );
+        if ( value.is_number_integer() && value >= 1 && value <= 3 )
+            dimension = value;
+    }
+    std::vector<std::string> errors;
+    Json resolved =
+        resolve( input, inputParameters( dimension ), file, errors );
+    if ( errors.empty() )
+    {
+        auto& method = resolved.at( "method" );
+        if ( !method.contains( "basis" ) )
+            method["basis"] = method.at( "name" ) == Paper::name
+                                  ? Paper::default_basis
+                                  : Apic::default_basis;
+        std::vector<std::string> conflicts;
+        Checker( resolved, conflicts ).check();
+        for ( const auto& conflict : conflicts )
+            errors.push_back( file + ": " + conflict );
+    }
+    if ( !errors.empty() )
+        throw InputError( errors );
+    return resolved;
+}
+
+} // namespace Machpoint

@@ -1,0 +1,31 @@
+/*!
+  \file input.hpp
+  \brief Layer 7: an input file, from text to a resolved and checked document.
+*/
+#ifndef MACHPOINT_INPUT_HPP
+#define MACHPOINT_INPUT_HPP
+
+#include <core/parameters.hpp>
+
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! All keys of an input. \param dimension 1 to 3, or 0 for any
+Parameters inputParameters( int dimension );
+
+/*!
+  \brief Reads, overrides, resolves and checks an input.
+  \param file path of the JSON file
+  \param overrides assignments `path=value`
+  \return the input with all defaults
+  \throws InputError with every mistake at once
+*/
+Json loadInput( const std::string& file,
+                const std::vector<std::string>& overrides );
+
+} // namespace Machpoint
+
+#endif

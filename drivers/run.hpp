@@ -1,0 +1,46 @@
+/*!
+  \file run.hpp
+  \brief Layer 7: a run from resolved input to summary.
+*/
+#ifndef MACHPOINT_RUN_HPP
+#define MACHPOINT_RUN_HPP
+
+#include <core/parameters.hpp>
+
+#include <cstdint>
+#include <limits>
+#include <string>
+
+namespace Machpoint
+{
+
+//! Exit codes of the program.
+enum ExitCode
+{
+    finished = 0,
+    numerical_failure = 1,
+    wrong_input = 2,
+    stopped_early = 3,
+    io_failure = 4
+};
+
+//! What the command line adds to the input.
+struct RunOptions
+{
+    std::string output;     //!< directory; empty: out/<scene>
+    bool overwrite = false; //!< replace a former run's output
+    bool quiet = false;     //!< no progress and no end table
+    std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
+};
+
+/*!
+  \brief Runs a resolved input to its end.
+  \return finished, also when max_steps ended it; stopped_early after SIGINT or
+  SIGTERM; numerical_failure when the gas broke down
+  \throws InputError, IoError
+*/
+ExitCode run( const Json& input, const RunOptions& options );
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,104 @@
+/*!
+  \file artificial_viscosity.hpp
+  \brief Pressure that resists compression and gives shocks a width.
+*/
+#ifndef MACHPOINT_ARTIFICIAL_VISCOSITY_HPP
+#define MACHPOINT_ARTIFICIAL_VISCOSITY_HPP
+
+#include <core/module.hpp>
+
+namespace Machpoint
+{
+
+/*!
+  \brief q = rho h |D| (c1 c + c2 h |D|) where D = div v < 0.
+
+  Von Neumann and Richtmyer 1950 (quadratic part), Landshoff 1955 (linear
+  part). D is the trace of the particle's velocity gradient, so the effect
+  needs no state of its own. h is the smallest spacing.
+*/
+template <int Dim>
+class ArtificialViscosity : public Module<Dim>
+{
+  public:
+    static constexpr const char* name = "artificial_viscosity";
+
+    static Parameters declare( const int dimension )
+    {
+        Parameters p( name,
+                      "pressure q = rho h |D| (c1 c + c2 h |D|) in compression",
+                      dimension );
+        p.number( "linear", "c1, in sound speeds" )
+            .atLeast( 0 )
+            .defaultsTo( 0.5 )
+            .source( "Landshoff 1955" );
+        p.number( "quadratic", "c2, in velocity jumps per cell" )
+            .atLeast( 0 )
+            .defaultsTo( 1.0 )
+            .source( "von Neumann and Richtmyer 1950" );
+        return p;
+    }
+
+    explicit ArtificialViscosity( const Json& json )
+        : _linear( json.at( "linear" ) ), _quadratic( json.at( "quadratic" ) )
+    {
+    }
+
+    void particleState( State<Dim>& state ) override
+    {
+        const auto m = state.particles.template slice<Mass>();
+        const auto V = state.particles.template slice<Volume>();
+        const auto L = state.particles.template slice<VelocityGradient>();
+        const auto pressure = state.particles.template slice<Pressure>();
+        const auto c = state.particles.template slice<SoundSpeed>();
+        const Real c1 = _linear;
+        const Real c2 = _quadratic;
+        const Real h = state.grid.minSpacing();
+        Kokkos::parallel_for(
+            "Machpoint::artificialViscosity",
+            Range( 0, state.particles.size() ), KOKKOS_LAMBDA( const int p ) {
+                Real D = 0;
+                for ( int d = 0; d < Dim; ++d )
+                    D += L( p, d, d );
+                if ( D < 0 )
+                    pressure( p ) -=
+                        m( p ) / V( p ) * h * D * ( c1 * c( p ) - c2 * h * D );
+            } );
+    }
+
+    //! Viscosity diffuses: its wave speed is twice c1 c + c2 h |D| on top.
+    Real limitTimeStep( State<Dim>& state ) override
+    {
+        const auto v = state.particles.template slice<Velocity>();
+        const auto L = state.particles.template slice<VelocityGradient>();
+        const auto c = state.particles.template slice<SoundSpeed>();
+        const Real c1 = _linear;
+        const Real c2 = _quadratic;
+        const Real h = state.grid.minSpacing();
+        Real fastest = 0;
+        Kokkos::parallel_reduce(
+            "Machpoint::limitViscosity", Range( 0, state.particles.size() ),
+            KOKKOS_LAMBDA( const int p, Real& max ) {
+                Real D = 0;
+                for ( int d = 0; d < Dim; ++d )
+                    D += L( p, d, d );
+                if ( D >= 0 )
+                    return;
+                const auto u = get<Dim>( v, p );
+                const Real speed = c( p ) + Kokkos::sqrt( dot<Dim>( u, u ) ) +
+                                   2 * ( c1 * c( p ) - c2 * h * D );
+                max = Kokkos::max( max, speed );
+            },
+            Kokkos::Max<Real>( fastest ) );
+        return fastest > 0 ? state.cfl * h / fastest
+                           : Kokkos::Experimental::infinity_v<Real>;
+    }
+
+  private:
+    Real _linear;
+    Real _quadratic;
+};
+
+} // namespace Machpoint
+
+#endif
