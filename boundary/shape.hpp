@@ -17,7 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
+#include <functional>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -491,7 +491,8 @@ Shape<Dim, Memory> makeShape( const Json& resolved )
 
     // Sixteen edges an arc keeps both loops of a query short.
     constexpr int edges_per_arc = 16;
-    const auto addPolygon = [&]( std::vector<Vector<Dim>> outline )
+    [[maybe_unused]] const auto addPolygon =
+        [&]( std::vector<Vector<Dim>> outline )
     {
         outline.push_back( outline.front() );
         const int begin = static_cast<int>( vertices.size() );
@@ -511,13 +512,13 @@ Shape<Dim, Memory> makeShape( const Json& resolved )
                             static_cast<int>( arcs.size() ) } );
     };
 
-    const auto add = [&]( const auto& self, const Json& shape ) -> void
+    const std::function<void( const Json& )> add = [&]( const Json& shape )
     {
         const std::string type = shape.at( "type" ).get<std::string>();
         if ( type == "union" )
         {
             for ( const Json& member : shape.at( "shapes" ) )
-                self( self, member );
+                add( member );
             return;
         }
         if ( type == "sphere" )
@@ -569,7 +570,7 @@ Shape<Dim, Memory> makeShape( const Json& resolved )
         throw std::invalid_argument( "there is no shape \"" + type + "\" in " +
                                      std::to_string( Dim ) + "D" );
     };
-    add( add, resolved );
+    add( resolved );
     return { solids, arcs, vertices };
 }
 

@@ -50,10 +50,11 @@ void makeModules( const Json& list,
             if ( gas )
                 scene.gas = static_cast<EquationOfState<Dim>*>( module.get() );
             auto name = factory.name;
-            if ( json.contains( "side" ) )
-                name += " " + json.at( "side" ).template get<std::string>();
-            else if ( json.contains( "name" ) )
-                name += " " + json.at( "name" ).template get<std::string>();
+            for ( const auto* key : { "side", "name" } )
+                if ( json.contains( key ) )
+                    name = fmt::format(
+                        "{} {}", name,
+                        json.at( key ).template get<std::string>() );
             scene.modules.push_back( { name, std::move( module ) } );
         }
 }

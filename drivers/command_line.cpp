@@ -183,7 +183,8 @@ int runCommandLine( int argc, char** argv )
     try
     {
         // Kokkos' own flags are not ours; its environment variables work.
-        const Kokkos::ScopeGuard guard{ Kokkos::InitializationSettings() };
+        const Kokkos::ScopeGuard guard{
+            Kokkos::InitializationSettings().set_disable_warnings( true ) };
         return execute( app, file, overrides, options );
     }
     catch ( const InputError& error )

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <set>
@@ -98,7 +99,7 @@ std::string readFile( const std::string& file )
     std::ostringstream text;
     if ( stream )
         text << stream.rdbuf();
-    if ( !stream || stream.bad() )
+    if ( !stream || stream.bad() || std::filesystem::is_directory( file ) )
         throw InputError( { file + ": cannot be read; check that the path is "
                                    "a readable file" } );
     return text.str();
@@ -132,13 +133,17 @@ class Checker
         _errors.push_back( place + ": " + message );
     }
 
-    void checkScene()
+    //! Scenes and obstacles give files and directories their names.
+    void checkFileName( const Json& name, const std::string& place )
     {
-        const auto scene = _input.at( "scene" ).get<std::string>();
-        if ( scene.find_first_of( "/\\" ) != std::string::npos ||
-             scene == "." || scene == ".." )
-            error( "/scene", "names a directory, so it must hold no slash" );
+        const auto text = name.get<std::string>();
+        if ( text.find_first_of( "/\\" ) != std::string::npos || text == "." ||
+             text == ".." )
+            error( place, "names a file or directory, so it must hold no "
+                          "slash" );
     }
+
+    void checkScene() { checkFileName( _input.at( "scene" ), "/scene" ); }
 
     void checkGrid()
     {
@@ -239,6 +244,7 @@ class Checker
         const auto names = sideNames( _dimension );
         std::vector<int> entries( names.size() ), whole( names.size() ),
             periodic( names.size() );
+        std::set<std::string> reported;
         int k = 0;
         for ( const auto& entry : _input.at( "boundary" ) )
         {
@@ -247,6 +253,15 @@ class Checker
             for ( const auto* key : { "shape", "region" } )
                 if ( entry.contains( key ) )
                     checkShape( entry.at( key ), place + "/" + key, _errors );
+            if ( entry.contains( "name" ) )
+            {
+                checkFileName( entry.at( "name" ), place + "/name" );
+                if ( !reported.insert( entry.at( "name" ).get<std::string>() )
+                          .second )
+                    error( place + "/name",
+                           "a second entry of this name; its report would "
+                           "replace the first one's" );
+            }
             if ( !entry.contains( "side" ) )
                 continue;
             const int side = sideNumber( entry.at( "side" ) );
@@ -310,13 +325,8 @@ class Checker
 
 } // namespace
 
-Json loadInput( const std::string& file,
-                const std::vector<std::string>& overrides )
+Json resolveInput( const Json& input, const std::string& file )
 {
-    Json input = parseJson( readFile( file ), file );
-    for ( const auto& assignment : overrides )
-        applyOverride( input, assignment );
-
     int dimension = 0;
     if ( input.is_object() && input.contains( "dimension" ) )
     {
@@ -342,6 +352,15 @@ Json loadInput( const std::string& file,
     if ( !errors.empty() )
         throw InputError( errors );
     return resolved;
+}
+
+Json loadInput( const std::string& file,
+                const std::vector<std::string>& overrides )
+{
+    Json input = parseJson( readFile( file ), file );
+    for ( const auto& assignment : overrides )
+        applyOverride( input, assignment );
+    return resolveInput( input, file );
 }
 
 } // namespace Machpoint

@@ -17,6 +17,13 @@ namespace Machpoint
 Parameters inputParameters( int dimension );
 
 /*!
+  \brief Fills in the defaults of an input and checks it.
+  \param file its name, for messages
+  \throws InputError with every mistake at once
+*/
+Json resolveInput( const Json& input, const std::string& file );
+
+/*!
   \brief Reads, overrides, resolves and checks an input.
   \param file path of the JSON file
   \param overrides assignments `path=value`

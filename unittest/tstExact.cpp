@@ -335,6 +335,19 @@ TEST( Exact, GeneratedVacuum )
     checkWave( p, solution, -1 );
     for ( const Real s : { -1.9, 0.0, 2.9 } )
         expectEqual( solution.sample( s ), gas( 0, s, 0 ), 0, 0, 0 );
+
+    // On both sides of the velocity, 5 c each way, at which it opens.
+    const auto apart = []( Real v ) {
+        return RiemannSolution( gas( 1, -v, 1 / 1.4 ), gas( 1, v, 1 / 1.4 ),
+                                1.4 );
+    };
+    EXPECT_TRUE( apart( 5 + 1e-6 ).hasVacuum() );
+    EXPECT_EQ( apart( 5 + 1e-6 ).starPressure(), 0 );
+    EXPECT_FALSE( apart( 5 - 1e-6 ).hasVacuum() );
+    // Here c = 1e-6 / 5 between the fans, and p = c^7 / 1.4.
+    EXPECT_NEAR( apart( 5 - 1e-6 ).starPressure() * 1.4 /
+                     std::pow( 1e-6 / 5, 7 ),
+                 1, 1e-7 );
 }
 
 TEST( Exact, MirrorSymmetry )

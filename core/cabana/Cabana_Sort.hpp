@@ -21,9 +21,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <type_traits>
-#include <utility>
 
 namespace Cabana
 {
@@ -246,7 +244,7 @@ auto keyMinMax( const KeyView& keys, const std::size_t begin,
 /*!
   \brief Turn sorted entries into binning data.
   \param entries In the order of their bins. \param begin First particle.
-  \param numbers Number of bins. \param bin_of Bin of an entry.
+  \param bins Number of bins. \param bin_of Bin of an entry.
 */
 template <class ExecutionSpace, class Entries, class BinOf>
 BinningData<typename Entries::memory_space>

@@ -1,0 +1,144 @@
+/*!
+  \file piston.hpp
+  \brief A piston that moves into the gas: a boundary from outside Machpoint.
+*/
+#ifndef PISTON_HPP
+#define PISTON_HPP
+
+#include <core/module.hpp>
+#include <core/simulation.hpp>
+
+#include <fmt/format.h>
+
+/*!
+  \brief A plane at position + velocity * time, normal to an axis; the gas is
+  on its upper side.
+
+  Nodes behind the face are held at the velocity of the piston along the axis.
+  They slip: the other components are free. Reports time, the force that the
+  piston exerts on the gas, and its position, per step.
+*/
+template <int Dim>
+class Piston : public Machpoint::Module<Dim>
+{
+  public:
+    // The names that every line below needs.
+    using Real = Machpoint::Real;
+    using Range = Machpoint::Range;
+
+    static constexpr const char* name = "piston";
+
+    static Machpoint::Parameters declare( const int dimension )
+    {
+        Machpoint::Parameters p(
+            name, "a plane that moves into the gas on its upper side",
+            dimension );
+        p.text( "name", "what its force and position are reported under" )
+            .nonEmpty()
+            .defaultsTo( "piston" );
+        std::vector<std::string> axes = { "x", "y", "z" };
+        axes.resize( dimension == 0 ? 3 : dimension );
+        p.choice( "axis", axes, "axis along which it moves" ).defaultsTo( "x" );
+        p.number( "position", "where its face starts, along the axis" )
+            .unit( "length" );
+        p.number( "velocity", "its constant velocity along the axis" )
+            .unit( "velocity" );
+        return p;
+    }
+
+    explicit Piston( const Machpoint::Json& json )
+        : _axis( json.at( "axis" ).get<std::string>()[0] - 'x' ),
+          _position( json.at( "position" ) ), _velocity( json.at( "velocity" ) )
+    {
+        _series.name = json.at( "name" );
+        _series.columns = { "time", "force", "position" };
+    }
+
+    //! Behind the face there is no gas.
+    bool isSolid( const Machpoint::Vector<Dim>& x ) const override
+    {
+        return x[_axis] < _position;
+    }
+
+    /*!
+      Gives the nodes behind the face its velocity u. The impulse on the gas is
+      J = sum m_i (u - v_i), and what the piston spends on it is J u.
+
+      The face is that of the start of the step for both v and v': a node that
+      is held has u in both, and then `apic` gains exactly J u. In P2G it turns
+      sum m w |u_p - v_i|^2 / 2 into heat, which leaves J u over; the force on
+      the nodes works at (v + v') / 2 = u.
+    */
+    void applyToGrid( Machpoint::State<Dim>& state,
+                      const Machpoint::GridVelocity& velocity ) override
+    {
+        const auto layout = state.layout;
+        const auto halo = state.halo;
+        const auto moments = state.nodes.moments;
+        const auto field = velocity.field;
+        const int axis = _axis;
+        const int column = velocity.first + axis;
+        const Real u = _velocity;
+        const Real face = faceAt( state.time );
+        Real impulse = 0;
+        Kokkos::parallel_reduce(
+            "Piston::applyToGrid", Range( 0, layout.total ),
+            KOKKOS_LAMBDA( const int row, Real& sum ) {
+                const auto i = layout.indices( row );
+                if ( !layout.isOwned( i ) ||
+                     layout.position( i )[axis] >= face )
+                    return;
+                const Real m = halo.weight( i ) * moments( row, 0 );
+                sum += m * ( u - field( row, column ) );
+                field( row, column ) = u;
+            },
+            impulse );
+        if ( !velocity.acts )
+            return;
+        _impulse += impulse;
+        state.ledger.energy_in += impulse * u;
+    }
+
+    //! Puts particles that the face overtook just in front of it. Only their
+    //! position changes, so this costs neither momentum nor energy.
+    int applyToParticles( Machpoint::State<Dim>& state ) override
+    {
+        const int axis = _axis;
+        const Real time = state.time + state.dt;
+        const Real face = faceAt( time );
+        // Far beyond rounding, and far below anything that the gas resolves.
+        const Real front = face + 1e-6 * state.grid.spacing[axis];
+        if ( !( front < state.grid.upper[axis] ) )
+            throw Machpoint::NumericalFailure( fmt::format(
+                "piston \"{}\" reached the far side of the domain at t = "
+                "{:.6g}; end the run earlier or widen the domain",
+                _series.name, time ) );
+        const auto x = state.particles.template slice<Machpoint::Position>();
+        Kokkos::parallel_for(
+            "Piston::applyToParticles", Range( 0, state.particles.size() ),
+            KOKKOS_LAMBDA( const int p ) {
+                if ( x( p, axis ) < face )
+                    x( p, axis ) = front;
+            } );
+        _series.rows.push_back( { time, _impulse / state.dt, face } );
+        _impulse = 0;
+        return 0;
+    }
+
+    bool exertsForce() const override { return true; }
+    const Machpoint::Series* series() const override { return &_series; }
+
+  private:
+    Real faceAt( const Real time ) const
+    {
+        return _position + _velocity * time;
+    }
+
+    int _axis;
+    Real _position;
+    Real _velocity;
+    Real _impulse = 0; // on the gas, in this step
+    Machpoint::Series _series;
+};
+
+#endif

@@ -1,0 +1,697 @@
+"""What machpoint answers on its command line, above all to what is wrong.
+
+The executable comes from MACHPOINT_EXECUTABLE. Inputs that are wrong are made
+by mutating the shipped ones; every mutation is wrong by construction, and says
+which place the message has to name.
+"""
+
+import copy
+import json
+import os
+import pathlib
+import random
+import re
+import resource
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+import h5py
+
+EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
+INPUTS = pathlib.Path(__file__).resolve().parent.parent / "input"
+SOD = INPUTS / "sod.json"
+
+FINISHED, NUMERICAL_FAILURE, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
+
+# Kokkos warns when threads are not bound; that is not under test.
+ENVIRONMENT = dict(os.environ, OMP_PROC_BIND="false")
+
+# What a user never sees, from an uncaught exception to a sanitizer's report.
+ALARMING = re.compile(
+    r"terminate|what\(\)|abort|exception|core dumped|Kokkos|runtime error"
+    r"|Sanitizer|Segmentation|assert", re.IGNORECASE)
+
+SHIPPED = {
+    path.name: json.loads(path.read_text())
+    for path in sorted(INPUTS.glob("*.json"))
+}
+
+
+def machpoint(*arguments, timeout=20, **keywords):
+    """Runs the executable to its end."""
+    return subprocess.run([EXECUTABLE, *map(str, arguments)],
+                          stdin=subprocess.DEVNULL, capture_output=True,
+                          text=True, errors="replace", timeout=timeout,
+                          env=ENVIRONMENT, **keywords)
+
+
+def contents(directory):
+    """Every file below a directory with its bytes."""
+    return {
+        str(path.relative_to(directory)):
+            path.read_bytes() if path.is_file() else None
+        for path in sorted(pathlib.Path(directory).rglob("*"))
+    }
+
+
+class CommandLineTest(unittest.TestCase):
+    """Gives each test an empty directory."""
+
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.directory = pathlib.Path(scratch.name)
+        self.output = self.directory / "out"
+
+    def assertCode(self, result, code):
+        text = result.stdout + result.stderr
+        self.assertEqual(result.returncode, code, text)
+        self.assertNotRegex(text, ALARMING)
+
+    def run_sod(self, *arguments, **keywords):
+        return machpoint("run", SOD, "--output", self.output, *arguments,
+                         **keywords)
+
+    def summary(self):
+        return json.loads((self.output / "summary.json").read_text())
+
+
+# --- Inputs that are wrong --------------------------------------------------#
+
+REQUIRED = {
+    "scene", "dimension", "grid", "particles", "physics", "initial", "boundary",
+    "lower", "upper", "cells", "per_cell", "end", "density", "pressure", "side",
+    "type", "shape", "center", "radius", "left", "right", "gravity",
+    "acceleration"
+}
+WHOLE = ["/dimension", "/grid/cells/0", "/particles/per_cell",
+         "/particles/seed"]
+# Key -> values that no input of ours may have there.
+OUT_OF_RANGE = {
+    "density": [0, -1], "pressure": [0, -0.1, -1e300], "gamma": [1, 0.5, -1.4],
+    "cfl": [0, -0.4, 3], "end": [0, -1], "every": [0, -0.5],
+    "per_cell": [0, -3, 10**9], "seed": [-1], "linear": [-1e-9],
+    "quadratic": [-1], "radius": [0, -0.25], "dimension": [0, 4, -1, 10**15]
+}
+# Key -> texts that are not among its choices.
+UNKNOWN = {
+    "type": ["ideal_gaz", "slipwall", "", "SOD", "inflow "],
+    "side": ["w_lower", "x", "left", "x-lower"],
+    "name": ["flip", "Apic"],
+    "basis": ["cubicc", "bilinear"],
+    "time": ["implicit"],
+    "placement": ["latice", "halton"],
+    "axis": ["w", "X"]
+}
+CHOICE_PARENTS = {"name": ["method"], "basis": ["method"], "time": ["method"]}
+
+
+def places(node, path=()):
+    """Every place below an input as (path, value)."""
+    items = node.items() if isinstance(node, dict) else enumerate(node)
+    for key, value in items:
+        yield path + (key,), value
+        if isinstance(value, (dict, list)):
+            yield from places(value, path + (key,))
+
+
+def at(node, path):
+    for key in path:
+        node = node[key]
+    return node
+
+
+def pointer(path):
+    return "".join(f"/{key}" for key in path)
+
+
+def keys_of(document, names=None):
+    return [path for path, _ in places(document)
+            if isinstance(path[-1], str) and (names is None
+                                              or path[-1] in names)]
+
+
+def misspell(rng, document):
+    path = rng.choice(keys_of(document))
+    parent, key = at(document, path[:-1]), path[-1]
+    cut = rng.randrange(len(key))
+    known = {p[-1] for p in keys_of(document)} | {"name", "every", "normal"}
+    wrong = rng.choice([key[:cut] + key[cut + 1:], key + "s", key.upper(),
+                        key[:cut] + "_" + key[cut:]])
+    wrong = key + "q" if not wrong or wrong in known else wrong
+    # In place, so that the order of the keys stays.
+    items = [(wrong if k == key else k, v) for k, v in parent.items()]
+    parent.clear()
+    parent.update(items)
+    return document, pointer(path[:-1] + (wrong,)) + ": unknown key"
+
+
+def remove_key(rng, document):
+    path = rng.choice(keys_of(document, REQUIRED))
+    del at(document, path[:-1])[path[-1]]
+    return document, pointer(path)
+
+
+def wrong_type(rng, document):
+    path, value = rng.choice(list(places(document)))
+    wrong = [None, True, [[]], {"value": 1}]
+    if not isinstance(value, str):
+        wrong.append("text")
+    if not isinstance(value, (int, float)):
+        wrong += [7, 0.5]
+    at(document, path[:-1])[path[-1]] = rng.choice(wrong)
+    return document, pointer(path)
+
+
+def not_whole(rng, document):
+    path = rng.choice(WHOLE).strip("/").split("/")
+    path = [int(key) if key.isdigit() else key for key in path]
+    at(document, path[:-1])[path[-1]] = rng.choice([3.7, 2.0, 1e300])
+    return document, pointer(path)
+
+
+def out_of_range(rng, document):
+    path = rng.choice(keys_of(document, OUT_OF_RANGE))
+    at(document, path[:-1])[path[-1]] = rng.choice(OUT_OF_RANGE[path[-1]])
+    return document, pointer(path)
+
+
+def wrong_cells(rng, document):
+    axis = rng.randrange(document["dimension"])
+    document["grid"]["cells"][axis] = rng.choice([0, -5, 10**12])
+    return document, f"/grid/cells/{axis}"
+
+
+def reverse_bounds(rng, document):
+    grid, axis = document["grid"], rng.randrange(document["dimension"])
+    low, high = grid["lower"][axis], grid["upper"][axis]
+    grid["lower"][axis], grid["upper"][axis] = rng.choice([(high, low),
+                                                           (low, low)])
+    return document, f"/grid/upper/{axis}"
+
+
+def unknown_word(rng, document):
+    path = rng.choice([
+        path for path in keys_of(document, UNKNOWN)
+        if isinstance(at(document, path), str) and path[-2] in
+        CHOICE_PARENTS.get(path[-1], [path[-2]])
+    ])
+    at(document, path[:-1])[path[-1]] = rng.choice(UNKNOWN[path[-1]])
+    return document, pointer(path)
+
+
+def wrong_length(rng, document):
+    path = rng.choice(keys_of(document, ["lower", "upper", "cells", "velocity",
+                                         "acceleration", "center", "normal"]))
+    vector = at(document, path)
+    at(document, path[:-1])[path[-1]] = rng.choice([vector + [1], [], vector * 4,
+                                                    vector[1:]])
+    return document, pointer(path)
+
+
+def duplicate_key(rng, document):
+    path = rng.choice(keys_of(document))
+    parent, key = at(document, path[:-1]), path[-1]
+    parent["SECOND"] = copy.deepcopy(parent[key])
+    return (json.dumps(document).replace('"SECOND"', json.dumps(key)),
+            pointer(path) + ": given twice")
+
+
+def without_side(rng, document):
+    sides = [entry for entry in document["boundary"] if "side" in entry]
+    document["boundary"].remove(rng.choice(sides))
+    return document, "/boundary"
+
+
+def second_entry(rng, document):
+    sides = [entry for entry in document["boundary"] if "side" in entry]
+    document["boundary"].append(copy.deepcopy(rng.choice(sides)))
+    return document, "/boundary"
+
+
+SYNTAX = r":\d+:\d+: "
+
+
+def truncate(rng, document):
+    text = json.dumps(document, indent=2)
+    return text[:rng.randrange(1, len(text) - 1)], SYNTAX
+
+
+def junk(rng, document):
+    return b"\x89" + rng.randbytes(rng.randrange(1, 3000)), SYNTAX
+
+
+def foreign_byte(rng, document):
+    text = json.dumps(document, indent=2).encode()
+    cut = rng.randrange(len(text))
+    return text[:cut] + rng.choice([b"\xff", b"\0", b"\xc3\x28"]) + text[cut:], \
+        SYNTAX
+
+
+def bad_literal(rng, document):
+    path = rng.choice([path for path, value in places(document)
+                       if isinstance(value, (int, float))])
+    at(document, path[:-1])[path[-1]] = "LITERAL"
+    literal = rng.choice(["NaN", "Infinity", "-inf", "1e999", "0x10", "01",
+                          "1,5", "'1'", "one", "1 /* one */", "1,,", "+1"])
+    if literal == "1,5" and isinstance(path[-1], int):
+        literal = "1;5"  # in a list a comma would only make it longer
+    return json.dumps(document, indent=2).replace('"LITERAL"', literal), SYNTAX
+
+
+RANDOM_MUTATIONS = [
+    misspell, remove_key, wrong_type, not_whole, out_of_range, wrong_cells,
+    reverse_bounds, unknown_word, wrong_length, duplicate_key, without_side,
+    second_entry, truncate, junk, foreign_byte, bad_literal
+]
+
+
+def chosen_mutations():
+    """Wrong inputs that chance would not find, as (name, content, place)."""
+    yield "empty", "", ": empty"
+    yield "blank", " \n\t \n", ": empty"
+    for text in ["[]", "3", '"sod"', "null", "true"]:
+        yield f"root {text}", text, ": /: "
+    yield "deep list", "[" * 200000, "nested"
+    yield "deep objects", '{"grid":' * 5000, "nested"
+    yield "long line", '{"' + "x" * 1000000, SYNTAX
+    yield "no brace", SOD.read_text().replace("}", "", 1), SYNTAX
+    yield "two documents", SOD.read_text() * 2, SYNTAX
+
+    def changed(name, place, change):
+        document = copy.deepcopy(SHIPPED[name])
+        change(document)
+        return f"{name} {place}", document, place
+
+    def put(**values):
+        return lambda document: document.update(values)
+
+    def boundary(k, **values):
+        return lambda document: document["boundary"][k].update(values)
+
+    def obstacle(**shape):
+        return lambda document: document["boundary"].append(
+            {"type": "obstacle", "shape": shape})
+
+    yield changed("sod.json", "/initial",
+                  obstacle(type="box", lower=[-1], upper=[2]))
+    yield changed("sod.json", "/initial",
+                  obstacle(type="sphere", center=[0.5], radius=0.6))
+    yield changed("sod.json", "/initial/0/normal",
+                  lambda d: d["initial"][0].update(normal=[0]))
+    yield changed("sod.json", "/scene", put(scene="../sod"))
+    yield changed("sod.json", "/scene", put(scene=""))
+    yield changed("sod.json", "/physics", lambda d: d["physics"].pop(0))
+    yield changed("sod.json", "/physics/2",
+                  lambda d: d["physics"].append({"type": "ideal_gas"}))
+    yield changed("sod.json", "/physics", put(physics=[]))
+    yield changed("sod.json", "/initial", put(initial=[]))
+    yield changed("sod.json", "/boundary", put(boundary=[]))
+    yield changed("sod.json", "/exact", put(exact={"type": "hydrostatic"}))
+    yield changed("sod.json", "/grid/cells",
+                  lambda d: d["grid"].update(cells=[100000000]) or
+                  d["particles"].update(per_cell=100))
+    yield changed("sod.json", "/boundary/0/region",
+                  boundary(0, region={"type": "box", "lower": [1],
+                                      "upper": [0]}))
+    yield changed("translation.json", "/boundary",
+                  boundary(1, type="slip_wall"))
+    yield changed("translation.json", "/boundary",
+                  boundary(2, type="outflow"))
+    yield changed("translation.json", "/particles/per_cell",
+                  lambda d: d["particles"].update(per_cell=5))
+    yield changed("cylinder_mach3.json", "/boundary/0/velocity",
+                  boundary(0, velocity=[-3, 0]))
+    yield changed("cylinder_mach3.json", "/boundary/0/velocity",
+                  boundary(0, velocity=[0, 3]))
+    yield changed("cylinder_mach3_recycle.json", "/boundary/0/velocity",
+                  boundary(0, velocity=[-3, 0]))
+    yield changed("step_mach3.json", "/boundary/4/shape/upper/1",
+                  boundary(4, shape={"type": "box", "lower": [0.6, 0.2],
+                                     "upper": [3, 0]}))
+    yield changed("cylinder_mach3.json", "/boundary/4/shape/vertices",
+                  boundary(4, shape={"type": "polygon",
+                                     "vertices": [[0, 0], [0, 1], [1, 0]]}))
+    yield changed("cylinder_mach3.json", "/boundary/4/name",
+                  boundary(4, name="../cylinder"))
+    yield changed("cylinder_mach3.json", "/boundary/5/name",
+                  lambda d: d["boundary"].append(d["boundary"][4]))
+
+
+def wrong_inputs(count):
+    """At least so many wrong inputs, the same ones every time."""
+    result = list(chosen_mutations())
+    rng = random.Random(20240501)
+    while len(result) < count:
+        mutate = RANDOM_MUTATIONS[len(result) % len(RANDOM_MUTATIONS)]
+        name = rng.choice(sorted(SHIPPED))
+        content, place = mutate(rng, copy.deepcopy(SHIPPED[name]))
+        result.append((f"{mutate.__name__} of {name}", content, place))
+    return result
+
+
+class WrongInput(CommandLineTest):
+
+    def test_wrong_inputs_are_refused(self):
+        for number, (name, content, place) in enumerate(wrong_inputs(200)):
+            with self.subTest(number=number, name=name):
+                self.refuse(content, place)
+
+    def refuse(self, content, place):
+        if isinstance(content, dict):
+            content = json.dumps(content, indent=2)
+        if isinstance(content, str):
+            content = content.encode()
+        with tempfile.TemporaryDirectory() as inputs:
+            file = pathlib.Path(inputs) / "wrong.json"
+            file.write_bytes(content)
+            result = machpoint("run", file, "--output", self.output,
+                               cwd=self.directory)
+            self.assertCode(result, WRONG_INPUT)
+            self.assertEqual(result.stdout, "")
+            lines = result.stderr.splitlines()
+            for line in lines:
+                self.assertTrue(line.startswith(f"{file}:"), line)
+            # A pattern where line and column are due, else a place as it is.
+            pattern = place if place == SYNTAX else re.escape(place)
+            self.assertTrue(
+                any(re.search(re.escape(str(file)) + r".*" + pattern, line)
+                    for line in lines), f"{place} is not named in {lines}")
+            self.assertEqual(contents(inputs), {"wrong.json": content})
+        self.assertEqual(contents(self.directory), {})
+
+    def test_every_mistake_is_reported_at_once(self):
+        document = copy.deepcopy(SHIPPED["sod.json"])
+        document["physics"][0]["gamma"] = 1
+        document["boundary"][0]["tpye"] = document["boundary"][0].pop("type")
+        document["time"]["cfl"] = -0.4
+        file = self.directory / "three.json"
+        file.write_text(json.dumps(document))
+        for command in ["check", "run"]:
+            result = machpoint(command, file, cwd=self.directory)
+            self.assertCode(result, WRONG_INPUT)
+            lines = result.stderr.splitlines()
+            self.assertEqual(len(lines), 3, result.stderr)
+            for place in ["/physics/0/gamma: ", "/boundary/0/tpye: ",
+                          "/time/cfl: "]:
+                self.assertTrue(
+                    any(line.startswith(f"{file}: {place}") for line in lines),
+                    result.stderr)
+
+    def test_conflicts_are_reported_at_once(self):
+        result = machpoint("check", SOD, "--set", "grid.upper=[-1]", "--set",
+                           "boundary.0.type=periodic", "--set",
+                           "physics=[{\"type\":\"gravity\","
+                           "\"acceleration\":[1]}]")
+        self.assertCode(result, WRONG_INPUT)
+        for place in ["/grid/upper/0", "/boundary", "/physics"]:
+            self.assertIn(f"{SOD}: {place}: ", result.stderr)
+
+    def test_the_nearest_name_is_suggested(self):
+        for override, meant in [("boundary.0.tpye=slip_wall", "type"),
+                                ("method.basis=quadratc", "quadratic"),
+                                ("method.name=apci", "apic"),
+                                ("boundary.0.side=x_lowr", "x_lower"),
+                                ("physics.1.type=artifical_viscosity",
+                                 "artificial_viscosity"),
+                                ("grid.cels=[100]", "cells")]:
+            result = machpoint("check", SOD, "--set", override)
+            self.assertCode(result, WRONG_INPUT)
+            self.assertIn(f'did you mean "{meant}"?', result.stderr)
+
+    def test_bad_overrides(self):
+        for override in ["time.cfl", "=3", "nothing.here=1", "grid.cells.7=5",
+                         "grid.cells=[4", "scene.name=x", "time..cfl=0.4",
+                         "physics[x].gamma=2", "particles.per_cell=3.7"]:
+            with self.subTest(override=override):
+                result = self.run_sod("--set", override, cwd=self.directory)
+                self.assertCode(result, WRONG_INPUT)
+                self.assertIn(override.split("=")[0].split(".")[0]
+                              .split("[")[0], result.stderr)
+                self.assertEqual(contents(self.directory), {})
+
+
+class Usage(CommandLineTest):
+
+    def test_wrong_usage(self):
+        for arguments in [[], ["frobnicate"], ["run"], ["check"], ["describe"],
+                          ["run", SOD, "--frobnicate"], ["--frobnicate"],
+                          ["run", SOD, "--max-steps", "x"],
+                          ["run", SOD, "--max-steps", "-3"],
+                          ["run", SOD, "--output"], ["run", SOD, "--set"],
+                          ["run", SOD, SOD], ["schema", "sod"],
+                          ["run", "missing.json"], ["check", "missing.json"],
+                          ["check", self.directory]]:
+            with self.subTest(arguments=arguments):
+                result = machpoint(*arguments, cwd=self.directory)
+                self.assertCode(result, WRONG_INPUT)
+                self.assertNotEqual(result.stderr, "")
+                self.assertEqual(contents(self.directory), {})
+
+    def test_a_missing_file_is_named(self):
+        result = machpoint("run", "missing.json", cwd=self.directory)
+        self.assertIn("missing.json", result.stderr)
+
+    def test_help_and_version(self):
+        for arguments in [["--help"], ["run", "--help"], ["--version"]]:
+            result = machpoint(*arguments)
+            self.assertCode(result, FINISHED)
+            self.assertNotEqual(result.stdout.strip(), "")
+            self.assertEqual(result.stderr, "")
+
+    def test_check_writes_nothing(self):
+        result = machpoint("check", SOD, cwd=self.directory)
+        self.assertCode(result, FINISHED)
+        self.assertEqual(result.stdout, f"{SOD}: ok\n")
+        self.assertEqual(contents(self.directory), {})
+
+    def test_all_that_is_listed_is_described(self):
+        result = machpoint("list")
+        self.assertCode(result, FINISHED)
+        # A heading may have a space: columns are two blanks apart or more.
+        rows = [re.split(r" {2,}", line) for line in result.stdout.splitlines()]
+        names = [row[1] for row in rows]
+        for row in rows:
+            self.assertEqual(len(row), 3, row)
+        for name in ["paper", "apic", "linear", "quadratic", "cubic",
+                     "ideal_gas", "stiffened_gas", "artificial_viscosity",
+                     "gravity", "slip_wall", "no_slip_wall", "periodic",
+                     "inflow", "outflow", "recycle", "obstacle", "sphere",
+                     "box", "half_space", "polygon", "naca4", "union",
+                     "uniform", "riemann"]:
+            self.assertIn(name, names)
+        for name in set(names):
+            with self.subTest(name=name):
+                result = machpoint("describe", name)
+                self.assertCode(result, FINISHED)
+                self.assertTrue(result.stdout.startswith(name), result.stdout)
+
+    def test_description_of_a_parameter(self):
+        text = machpoint("describe", "ideal_gas").stdout
+        for part in ["gamma", "> 1", "1.4", "Toro"]:
+            self.assertIn(part, text)
+
+    def test_describe_suggests(self):
+        result = machpoint("describe", "artifical_viscosity")
+        self.assertCode(result, WRONG_INPUT)
+        self.assertIn('did you mean "artificial_viscosity"?', result.stderr)
+
+    def test_schema_is_json(self):
+        result = machpoint("schema")
+        self.assertCode(result, FINISHED)
+        self.assertIn("draft-07", json.loads(result.stdout)["$schema"])
+
+
+class Run(CommandLineTest):
+
+    def test_overrides(self):
+        overrides = {
+            "grid.cells": [50], "boundary.1.type": "no_slip_wall",
+            "physics[1].linear": 0.25, "method.basis": "linear",
+            "time": {"end": 0.1}, "output.grid": False
+        }
+        arguments = []
+        for path, value in overrides.items():
+            # Texts go as bare words, all else as JSON.
+            text = value if isinstance(value, str) else json.dumps(value)
+            arguments += ["--set", f"{path}={text}"]
+        self.assertCode(self.run_sod("--max-steps", "3", *arguments), FINISHED)
+        summary = self.summary()
+        used = summary["input"]
+        self.assertEqual(summary["cells"], [50])
+        self.assertEqual(used["boundary"][1]["type"], "no_slip_wall")
+        self.assertEqual(used["physics"][1]["linear"], 0.25)
+        self.assertEqual(summary["basis"], "linear")
+        self.assertEqual(used["time"]["end"], 0.1)
+        self.assertEqual(used["time"]["cfl"], 0.4)  # the default came back
+        self.assertFalse((self.output / "grid").exists())
+
+    def test_max_steps(self):
+        self.assertCode(self.run_sod("--max-steps", "7"), FINISHED)
+        self.assertEqual(self.summary()["steps"], 7)
+        self.assertTrue((self.output / "particles/00000007.h5").is_file())
+
+    def test_no_steps(self):
+        self.assertCode(self.run_sod("--max-steps", "0"), FINISHED)
+        summary = self.summary()
+        self.assertEqual((summary["steps"], summary["final_time"]), (0, 0))
+        self.assertEqual(summary["errors"]["density"]["Linf"], 0)
+
+    def test_whole_run(self):
+        result = self.run_sod()
+        self.assertCode(result, FINISHED)
+        summary = self.summary()
+        self.assertEqual(summary["final_time"], 0.2)
+        # Start and end are outputs, and ten intervals lie between.
+        for kind in ["particles", "grid"]:
+            self.assertEqual(len(list((self.output / kind).glob("*.h5"))), 11)
+        for text in ["sod", "density", "phase", "effect", "relative drift"]:
+            self.assertIn(text, result.stdout)
+        self.assertIn(str(self.output), result.stdout)
+
+    def test_default_output(self):
+        result = machpoint("run", SOD, "--max-steps", "1", cwd=self.directory)
+        self.assertCode(result, FINISHED)
+        self.assertTrue((self.directory / "out/sod/summary.json").is_file())
+
+    def test_quiet(self):
+        result = self.run_sod("--max-steps", "3", "--quiet")
+        self.assertCode(result, FINISHED)
+        self.assertEqual(result.stderr, "")
+        self.assertNotIn("phase", result.stdout)
+        self.assertLessEqual(len(result.stdout.splitlines()), 1)
+
+    def test_states_beyond_floating_point(self):
+        # Legal one by one, but e = p / ((gamma - 1) rho) is infinite.
+        result = self.run_sod("--set", "initial.0.left.pressure=1e308")
+        self.assertCode(result, NUMERICAL_FAILURE)
+        self.assertNotEqual(result.stderr, "")
+        self.assertFalse((self.output / "summary.json").exists())
+
+    def test_existing_output_is_refused(self):
+        self.assertCode(self.run_sod("--max-steps", "2"), FINISHED)
+        (self.output / "notes.txt").write_text("mine")
+        before = contents(self.output)
+        result = self.run_sod("--max-steps", "3")
+        self.assertCode(result, IO_FAILURE)
+        self.assertIn("--overwrite", result.stderr)
+        self.assertIn(str(self.output), result.stderr)
+        self.assertEqual(contents(self.output), before)
+
+    def test_overwrite(self):
+        self.assertCode(self.run_sod("--max-steps", "2"), FINISHED)
+        (self.output / "notes.txt").write_text("mine")
+        result = self.run_sod("--max-steps", "3", "--overwrite")
+        self.assertCode(result, FINISHED)
+        self.assertEqual(self.summary()["steps"], 3)
+        # No file of the former run is left, and no other one is lost.
+        self.assertFalse((self.output / "particles/00000002.h5").exists())
+        self.assertEqual((self.output / "notes.txt").read_text(), "mine")
+
+    def test_overwrite_keeps_the_former_run_when_the_input_is_wrong(self):
+        self.assertCode(self.run_sod("--max-steps", "2"), FINISHED)
+        before = contents(self.output)
+        result = self.run_sod("--overwrite", "--set", "time.cfl=0")
+        self.assertCode(result, WRONG_INPUT)
+        self.assertEqual(contents(self.output), before)
+
+    def test_output_that_cannot_be_made(self):
+        file = self.directory / "file"
+        file.write_text("in the way")
+        for output in [file, file / "out"]:
+            result = machpoint("run", SOD, "--output", output)
+            self.assertCode(result, IO_FAILURE)
+            self.assertIn(str(output), result.stderr)
+        self.assertEqual(contents(self.directory), {"file": b"in the way"})
+
+    def test_full_disk(self):
+        # Enough for the probe, for small files, and for some whole outputs.
+        for limit in [1000, 30000, 39000]:
+            with self.subTest(limit=limit):
+                output = self.directory / str(limit)
+
+                def fill():
+                    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+                    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+                result = machpoint("run", SOD, "--output", output,
+                                   preexec_fn=fill)
+                self.assertCode(result, IO_FAILURE)
+                self.assertIn(str(output), result.stderr)
+                self.assert_whole(output)
+                self.assertFalse((output / "summary.json").exists())
+
+    def assert_whole(self, output):
+        for path in output.rglob("*"):
+            if path.is_dir():
+                continue
+            self.assertIn(path.suffix, [".h5", ".xdmf", ".json", ".csv"])
+            if path.suffix == ".h5":
+                with h5py.File(path) as file:
+                    names = [name for name in file if name != "xdmf"]
+                    self.assertIn("density", names)
+                    for name in names:
+                        self.assertEqual(len(file[name]),
+                                         len(file["density"]))
+
+
+class Interrupted(CommandLineTest):
+    """A run that would take minutes is stopped once its second output stands."""
+
+    def start(self):
+        process = subprocess.Popen(
+            [EXECUTABLE, "run", str(SOD), "--output", str(self.output),
+             "--set", "grid.cells=[20000]", "--set", "output.every=1e-6"],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+
+        def finish():
+            process.kill()
+            process.communicate()
+
+        self.addCleanup(finish)
+        deadline = time.monotonic() + 60
+        while len(list(self.output.glob("particles/*.h5"))) < 2:
+            self.assertIsNone(process.poll(), "the run has ended by itself")
+            self.assertLess(time.monotonic(), deadline, "no output")
+            time.sleep(0.02)
+        return process
+
+    def test_signals(self):
+        for number in [signal.SIGINT, signal.SIGTERM]:
+            with self.subTest(signal=number):
+                self.output = self.directory / number.name
+                process = self.start()
+                process.send_signal(number)
+                stdout, stderr = process.communicate(timeout=60)
+                self.assertEqual(process.returncode, STOPPED_EARLY,
+                                 stdout + stderr)
+                self.assertNotRegex(stdout + stderr, ALARMING)
+                summary = self.summary()
+                self.assertLess(summary["final_time"], 0.2)
+                for kind in ["particles", "grid"]:
+                    last = max((self.output / kind).glob("*.h5"))
+                    self.assertEqual(int(last.stem), summary["steps"])
+                    with h5py.File(last) as file:
+                        self.assertEqual(file.attrs["step"], summary["steps"])
+                        self.assertEqual(file.attrs["time"],
+                                         summary["final_time"])
+
+    def test_kill(self):
+        process = self.start()
+        process.kill()
+        process.communicate(timeout=60)
+        files = sorted(self.output.rglob("*.h5"))
+        self.assertGreaterEqual(len(files), 2)
+        for path in files:
+            with h5py.File(path) as file:
+                self.assertIn("step", file.attrs)
+                self.assertGreater(len(file["density"]), 0)
+        self.assertFalse((self.output / "summary.json").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

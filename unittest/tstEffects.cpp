@@ -1,0 +1,189 @@
+// Only what the scene calls for: kernels and allocations, counted by Kokkos
+// Tools callbacks, with each optional effect and without it.
+#include "scenes.hpp"
+
+#include <map>
+#include <set>
+
+namespace
+{
+
+using namespace Machpoint;
+using namespace Test;
+
+using Counts = std::map<std::string, std::int64_t>;
+Counts kernels;     // launches by label
+Counts allocations; // bytes by label
+
+void countKernel( const char* label, std::uint32_t, std::uint64_t* )
+{
+    ++kernels[label];
+}
+void countBytes( Kokkos::Tools::SpaceHandle, const char* label, const void*,
+                 const std::uint64_t bytes )
+{
+    allocations[label] += static_cast<std::int64_t>( bytes );
+}
+
+struct Tally
+{
+    Counts kernels, allocations;
+};
+
+//! What building a scene and 20 steps of it launch and allocate.
+Tally tally( const Json& input )
+{
+    namespace Tools = Kokkos::Tools::Experimental;
+    const auto former = Tools::get_callbacks();
+    kernels.clear();
+    allocations.clear();
+    Tools::set_begin_parallel_for_callback( &countKernel );
+    Tools::set_begin_parallel_reduce_callback( &countKernel );
+    Tools::set_begin_parallel_scan_callback( &countKernel );
+    Tools::set_allocate_data_callback( &countBytes );
+    {
+        auto run = simulate( input );
+        advance( *run, 20 );
+    }
+    Tools::set_callbacks( former );
+    return { kernels, allocations };
+}
+
+//! The entries of `all` whose label is not among `own`.
+Counts without( const Counts& all, const std::set<std::string>& own )
+{
+    Counts rest;
+    for ( const auto& [label, count] : all )
+        if ( !own.count( label ) )
+            rest[label] = count;
+    return rest;
+}
+
+Json baseScene()
+{
+    return box( 2, 8, 2, "apic", "quadratic", "periodic" );
+}
+
+// The base method's kernels and nothing else, each as often as the time loop
+// says.
+TEST( Effects, baseMethodLaunchesItsOwnKernelsOnly )
+{
+    const auto base = tally( baseScene() );
+    Counts expected = {
+        { "Machpoint::idealGas", 21 },      // once before the first step
+        { "Machpoint::survey", 21 },        // likewise
+        { "Machpoint::cellOfParticle", 1 }, // sorted in step 0
+        { "Machpoint::particlesToGrid", 20 },
+        { "Machpoint::fold", 40 },
+        { "Machpoint::gridVelocity", 20 },
+        { "Machpoint::fill", 40 },
+        { "Machpoint::advanceGridVelocity", 20 },
+        { "Machpoint::gridToParticles", 20 },
+        { "Machpoint::periodic", 80 } };
+    Counts own;
+    for ( const auto& [label, count] : base.kernels )
+        if ( label.rfind( "Machpoint::", 0 ) == 0 )
+            own[label] = count;
+    EXPECT_EQ( own, expected );
+}
+
+struct Effect
+{
+    std::string name;
+    std::string list; // "physics" or "boundary"
+    Json entry;
+    std::set<std::string> kernels; // labels that are its own
+    std::set<std::string> memory;  // likewise
+};
+
+class OptionalEffect : public testing::TestWithParam<int>
+{
+};
+
+const std::vector<Effect>& effects()
+{
+    static const std::vector<Effect> list = {
+        { "artificial_viscosity",
+          "physics",
+          { { "type", "artificial_viscosity" } },
+          { "Machpoint::artificialViscosity", "Machpoint::limitViscosity" },
+          {} },
+        { "gravity",
+          "physics",
+          { { "type", "gravity" }, { "acceleration", { 0.1, 0.0 } } },
+          { "Machpoint::gravity", "Machpoint::gravityWork" },
+          { "Machpoint::gravity" } },
+        { "obstacle",
+          "boundary",
+          // Smaller than the gap between nodes: it leaves the flow alone, so
+          // that the rest of the step is the same.
+          { { "type", "obstacle" },
+            { "shape",
+              { { "type", "sphere" },
+                { "center", { 0.5, 0.5 } },
+                { "radius", 0.01 } } } },
+          { "Machpoint::findSolidNodes", "Machpoint::obstacle",
+            "Machpoint::pushOut" },
+          { "Machpoint::solidNodes", "Machpoint::shape_solids",
+            "Machpoint::shape_arcs", "Machpoint::shape_vertices" } } };
+    return list;
+}
+
+// With the effect: its kernels run. Without: none of them, and not a byte of
+// its memory. What remains is the base method to the last launch and byte.
+TEST_P( OptionalEffect, costsNothingWhenAbsent )
+{
+    const auto& effect = effects()[GetParam()];
+    const auto absent = tally( baseScene() );
+    auto input = baseScene();
+    input[effect.list].push_back( effect.entry );
+    const auto present = tally( input );
+
+    for ( const auto& label : effect.kernels )
+    {
+        EXPECT_EQ( absent.kernels.count( label ), 0u ) << label;
+        EXPECT_GT( present.kernels.count( label ), 0u ) << label;
+    }
+    for ( const auto& label : effect.memory )
+        EXPECT_EQ( absent.allocations.count( label ), 0u ) << label;
+
+    // Kernels that Kokkos itself launches to clear or copy an effect's memory
+    // carry generic labels; the method's own must be equal.
+    auto ours = []( const Counts& all )
+    {
+        Counts rest;
+        for ( const auto& [label, count] : all )
+            if ( label.rfind( "Machpoint::", 0 ) == 0 )
+                rest[label] = count;
+        return rest;
+    };
+    auto rest = ours( without( present.kernels, effect.kernels ) );
+    if ( effect.name == "gravity" )
+        rest["Machpoint::fold"] -= 40; // of its own force
+    EXPECT_EQ( rest, ours( absent.kernels ) );
+    EXPECT_EQ( ours( without( present.allocations, effect.memory ) ),
+               ours( absent.allocations ) );
+}
+
+INSTANTIATE_TEST_SUITE_P( Each, OptionalEffect, testing::Range( 0, 3 ),
+                          []( const auto& info )
+                          { return effects()[info.param].name; } );
+
+// Nothing is allocated in the time loop of a closed scene, sorts apart.
+TEST( Effects, closedSceneAllocatesNothingInTheLoop )
+{
+    auto input = baseScene();
+    input["particles"]["sort_every"] = 1000000;
+    addViscosity( input );
+    auto run = simulate( input );
+    advance( *run, 2 ); // the first step sorts
+    namespace Tools = Kokkos::Tools::Experimental;
+    const auto former = Tools::get_callbacks();
+    allocations.clear();
+    Tools::set_allocate_data_callback( &countBytes );
+    advance( *run, 20 );
+    Tools::set_callbacks( former );
+    EXPECT_EQ( allocations, Counts{} );
+}
+
+} // namespace

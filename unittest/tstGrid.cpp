@@ -1,0 +1,202 @@
+// Grid, node layout, bases, placement and random numbers.
+#include <core/basis.hpp>
+#include <core/placement.hpp>
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace
+{
+
+using namespace Machpoint;
+
+TEST( Grid, cellsAndVolumes )
+{
+    const Grid<2> grid( { -1, 0 }, { 1, 3 }, { 4, 6 } );
+    EXPECT_DOUBLE_EQ( grid.spacing[0], 0.5 );
+    EXPECT_DOUBLE_EQ( grid.spacing[1], 0.5 );
+    EXPECT_EQ( grid.totalCells(), 24 );
+    EXPECT_DOUBLE_EQ( grid.cellVolume(), 0.25 );
+    EXPECT_EQ( grid.cell( -1.0, 0 ), 0 );
+    EXPECT_EQ( grid.cell( 0.49, 0 ), 2 );
+    // On the upper side, and beyond either: the nearest cell.
+    EXPECT_EQ( grid.cell( 1.0, 0 ), 3 );
+    EXPECT_EQ( grid.cell( 7.0, 0 ), 3 );
+    EXPECT_EQ( grid.cell( -7.0, 0 ), 0 );
+    EXPECT_EQ( grid.flatCell( { 0.2, 1.2 } ), 2 * 4 + 2 );
+}
+
+TEST( Grid, layoutIsABijection )
+{
+    const Grid<3> grid( { 0, 0, 0 }, { 3, 2, 1 }, { 3, 2, 4 } );
+    const auto layout = nodeLayout<Cubic>( grid );
+    EXPECT_EQ( layout.owned[2], 5 );
+    EXPECT_EQ( layout.total, 6 * 5 * 7 );
+    for ( int row = 0; row < layout.total; ++row )
+        EXPECT_EQ( layout( layout.indices( row ) ), row );
+    EXPECT_TRUE( layout.isOwned( { 0, 0, 4 } ) );
+    EXPECT_FALSE( layout.isOwned( { 0, -1, 4 } ) );
+    const auto x = layout.position( { 1, 1, 1 } );
+    EXPECT_DOUBLE_EQ( x[0], 1 );
+    EXPECT_DOUBLE_EQ( x[2], 0.25 );
+    const auto centred = nodeLayout<Quadratic>( grid );
+    EXPECT_EQ( centred.owned[0], 3 );
+    EXPECT_DOUBLE_EQ( centred.position( { 0, 0, 0 } )[0], 0.5 );
+}
+
+template <class T>
+class BasisTest : public testing::Test
+{
+};
+using Bases = testing::Types<Linear, Quadratic, Cubic>;
+TYPED_TEST_SUITE( BasisTest, Bases );
+
+// Partition of unity, exactness on linear fields, the moment, and the
+// derivative against a central difference, anywhere in a cell.
+TYPED_TEST( BasisTest, reproducesLinearFields )
+{
+    constexpr int n = TypeParam::nodes;
+    for ( int k = 0; k <= 20; ++k )
+    {
+        const Real f = k / 20.0;
+        Real w[n], dw[n];
+        TypeParam::weights( f, w );
+        TypeParam::gradients( f, dw );
+        Real one = 0, zero = 0, first = 0, slope = 0, second = 0;
+        for ( int i = 0; i < n; ++i )
+        {
+            const Real dx = TypeParam::offset( f, i );
+            EXPECT_GE( w[i], 0 );
+            one += w[i];
+            zero += dw[i];
+            first += w[i] * dx;
+            slope += dw[i] * dx;
+            second += w[i] * dx * dx;
+        }
+        EXPECT_NEAR( one, 1, 1e-15 );
+        EXPECT_NEAR( zero, 0, 1e-15 );
+        EXPECT_NEAR( first, 0, 1e-15 );
+        EXPECT_NEAR( slope, 1, 1e-14 );
+        EXPECT_NEAR( second, TypeParam::moment( f ), 1e-14 );
+        if ( k == 0 || k == 20 )
+            continue;
+        const Real d = 1e-6;
+        Real before[n], after[n];
+        TypeParam::weights( f - d, before );
+        TypeParam::weights( f + d, after );
+        for ( int i = 0; i < n; ++i )
+            EXPECT_NEAR( ( after[i] - before[i] ) / ( 2 * d ), dw[i], 1e-9 );
+    }
+}
+
+// Knots are cell boundaries: from one cell to the next the weights continue.
+TYPED_TEST( BasisTest, isContinuousAcrossCells )
+{
+    constexpr int n = TypeParam::nodes;
+    Real left[n], right[n];
+    TypeParam::weights( 1, left );
+    TypeParam::weights( 0, right );
+    EXPECT_NEAR( left[0], 0, 1e-15 );
+    EXPECT_NEAR( right[n - 1], 0, 1e-15 );
+    for ( int i = 1; i < n; ++i )
+        EXPECT_NEAR( left[i], right[i - 1], 1e-15 );
+}
+
+template <class Basis, int Dim>
+void checkStencil()
+{
+    Vector<Dim> lower{}, upper{}, x{}, slope{};
+    Indices<Dim> cells{};
+    for ( int d = 0; d < Dim; ++d )
+    {
+        lower[d] = -1 - d;
+        upper[d] = 2 + d;
+        cells[d] = 5 + d; // another spacing along each axis
+        x[d] = 0.377 + 0.1 * d;
+        slope[d] = 2 - 3.3 * d;
+    }
+    const Grid<Dim> grid( lower, upper, cells );
+    const auto layout = nodeLayout<Basis>( grid );
+    const Stencil<Basis, Dim> s( grid, layout, x );
+    Real unity = 0, value = 0;
+    Vector<Dim> gradient{};
+    int visited = 0;
+    forEachNode<Basis, Dim>(
+        s, layout,
+        [&]( const StencilNode<Dim>& node )
+        {
+            const auto y = layout.position( layout.indices( node.row ) );
+            for ( int d = 0; d < Dim; ++d )
+                EXPECT_NEAR( node.dx[d], y[d] - x[d], 1e-14 );
+            unity += node.weight;
+            const Real field = 1 + dot<Dim>( slope, y );
+            value += node.weight * field;
+            for ( int d = 0; d < Dim; ++d )
+                gradient[d] += node.gradient[d] * field;
+            ++visited;
+        } );
+    int expected = 1;
+    for ( int d = 0; d < Dim; ++d )
+        expected *= Basis::nodes;
+    EXPECT_EQ( visited, expected );
+    EXPECT_NEAR( unity, 1, 1e-14 );
+    EXPECT_NEAR( value, 1 + dot<Dim>( slope, x ), 1e-13 );
+    for ( int d = 0; d < Dim; ++d )
+        EXPECT_NEAR( gradient[d], slope[d], 1e-12 );
+}
+
+TYPED_TEST( BasisTest, stencilReproducesLinearFields )
+{
+    checkStencil<TypeParam, 1>();
+    checkStencil<TypeParam, 2>();
+    checkStencil<TypeParam, 3>();
+}
+
+TEST( Placement, latticeSizes )
+{
+    EXPECT_EQ( latticeSize( 3, 1 ), 3 );
+    EXPECT_EQ( latticeSize( 9, 2 ), 3 );
+    EXPECT_EQ( latticeSize( 8, 3 ), 2 );
+    EXPECT_EQ( latticeSize( 125, 3 ), 5 );
+    EXPECT_EQ( latticeSize( 8, 2 ), 0 );
+}
+
+TEST( Placement, latticeIsCentredAndJitterStaysInItsSubCell )
+{
+    for ( int k = 0; k < 9; ++k )
+    {
+        const auto f = placeInCell<2>( Placement::lattice, 3, 1, 7, k );
+        EXPECT_DOUBLE_EQ( f[0], ( k % 3 + 0.5 ) / 3 );
+        EXPECT_DOUBLE_EQ( f[1], ( k / 3 + 0.5 ) / 3 );
+        const auto g = placeInCell<2>( Placement::jittered, 3, 1, 7, k );
+        for ( int d = 0; d < 2; ++d )
+            EXPECT_LE( std::abs( g[d] - f[d] ), 0.5 / 3 );
+    }
+}
+
+// Mean 1/2 and variance 1/12 within five standard errors, every draw
+// different, and the same on every call.
+TEST( Random, isUniformAndReproducible )
+{
+    const int n = 100000;
+    Real mean = 0, square = 0;
+    std::set<Real> seen;
+    for ( int k = 0; k < n; ++k )
+    {
+        const Real r = uniformRandom( 3, k, 5 );
+        ASSERT_GE( r, 0 );
+        ASSERT_LT( r, 1 );
+        EXPECT_EQ( r, uniformRandom( 3, k, 5 ) );
+        seen.insert( r );
+        mean += r / n;
+        square += ( r - 0.5 ) * ( r - 0.5 ) / n;
+    }
+    EXPECT_EQ( seen.size(), static_cast<std::size_t>( n ) );
+    EXPECT_NEAR( mean, 0.5, 5 * std::sqrt( 1.0 / 12 / n ) );
+    EXPECT_NEAR( square, 1.0 / 12, 5 * std::sqrt( 1.0 / 180 / n ) );
+    EXPECT_NE( uniformRandom( 3, 1, 5 ), uniformRandom( 4, 1, 5 ) );
+    EXPECT_NE( uniformRandom( 3, 1, 5 ), uniformRandom( 3, 1, 6 ) );
+}
+
+} // namespace

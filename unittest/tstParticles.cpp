@@ -1,0 +1,151 @@
+// Particles, their sidecars, and the modules' registry.
+#include "scenes.hpp"
+
+#include <core/particles.hpp>
+#include <core/registry.hpp>
+
+#include <algorithm>
+#include <set>
+
+namespace
+{
+
+using namespace Machpoint;
+
+//! Numbers n particles, and a sidecar that repeats each one's id.
+using Label = Cabana::MemberTypes<std::int64_t>;
+void number( Particles<2>& particles, Sidecar<Label>& sidecar, const int n )
+{
+    particles.resize( n );
+    const auto id = particles.slice<Id>();
+    const auto mass = particles.slice<Mass>();
+    const auto label = Cabana::slice<0>( sidecar.data() );
+    Kokkos::parallel_for(
+        "number", Range( 0, n ), KOKKOS_LAMBDA( const int p ) {
+            id( p ) = p;
+            mass( p ) = 0.5 * p;
+            label( p ) = p;
+        } );
+}
+
+//! The ids in order, having checked that mass and sidecar belong to them.
+std::vector<std::int64_t> ids( const Particles<2>& particles,
+                               Sidecar<Label>& sidecar )
+{
+    const auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                           particles.data() );
+    const auto labels = Cabana::create_mirror_view_and_copy(
+        Kokkos::HostSpace(), sidecar.data() );
+    const auto id = Cabana::slice<Id>( host );
+    const auto mass = Cabana::slice<Mass>( host );
+    const auto label = Cabana::slice<0>( labels );
+    std::vector<std::int64_t> list;
+    for ( std::size_t p = 0; p < host.size(); ++p )
+    {
+        list.push_back( id( p ) );
+        EXPECT_EQ( mass( p ), 0.5 * static_cast<Real>( id( p ) ) );
+        EXPECT_EQ( label( p ), id( p ) );
+    }
+    return list;
+}
+
+// Kernels stand in free functions: nvcc takes none from a test's body.
+
+//! Marks every stride-th particle for removal. \return how many
+int mark( const Particles<2>& particles, const int stride )
+{
+    const auto id = particles.slice<Id>();
+    int marked = 0;
+    Kokkos::parallel_reduce(
+        "mark", Range( 0, particles.size() ),
+        KOKKOS_LAMBDA( const int p, int& sum ) {
+            if ( p % stride == 0 )
+            {
+                id( p ) = -1;
+                ++sum;
+            }
+        },
+        marked );
+    return marked;
+}
+
+//! Keys that fall as the particle's number grows, seven particles to a key.
+IndexList fallingKeys( const int n )
+{
+    IndexList keys( "keys", n );
+    Kokkos::parallel_for(
+        "keys", Range( 0, n ),
+        KOKKOS_LAMBDA( const int p ) { keys( p ) = ( n - 1 - p ) / 7; } );
+    return keys;
+}
+
+TEST( Particles, removalKeepsAllOthersWithTheirSidecars )
+{
+    Particles<2> particles;
+    auto& sidecar = particles.addSidecar<Label>( "labels" );
+    const int n = 1000;
+    for ( const int stride : { 3, 1, 999 } )
+    {
+        number( particles, sidecar, n );
+        const int marked = mark( particles, stride );
+        particles.removeMarked( marked );
+        EXPECT_EQ( particles.size(), n - marked );
+        auto left = ids( particles, sidecar );
+        std::sort( left.begin(), left.end() );
+        std::vector<std::int64_t> expected;
+        for ( int p = 0; p < n; ++p )
+            if ( p % stride != 0 )
+                expected.push_back( p );
+        EXPECT_EQ( left, expected );
+    }
+}
+
+TEST( Particles, sortingCarriesSidecarsAlong )
+{
+    Particles<2> particles;
+    auto& sidecar = particles.addSidecar<Label>( "labels" );
+    const int n = 500;
+    number( particles, sidecar, n );
+    particles.permute(
+        Cabana::binByKey( fallingKeys( n ), ( n - 1 ) / 7 + 1 ) );
+    const auto order = ids( particles, sidecar );
+    for ( int p = 1; p < n; ++p )
+        EXPECT_LE( ( n - 1 - order[p - 1] ) / 7, ( n - 1 - order[p] ) / 7 );
+}
+
+TEST( Particles, newSidecarEntriesAreZero )
+{
+    Particles<2> particles;
+    auto& sidecar = particles.addSidecar<Label>( "labels" );
+    number( particles, sidecar, 100 );
+    particles.resize( 250 );
+    const auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                           sidecar.data() );
+    const auto label = Cabana::slice<0>( host );
+    for ( int p = 0; p < 250; ++p )
+        EXPECT_EQ( label( p ), p < 100 ? p : 0 );
+    EXPECT_GT( particles.bytesPerParticle(),
+               8 * ( 2 + 2 + 4 + 5 + 1 + 1 ) - 1 );
+}
+
+// Everything in the lists can be found by name, once.
+TEST( Registry, namesAreUniqueAndDeclared )
+{
+    for ( const auto& family :
+          { physicsFamily(), boundaryFamily(), initialFamily() } )
+        for ( const int dimension : { 0, 1, 2, 3 } )
+        {
+            std::set<std::string> names;
+            for ( const auto& member : family.members( dimension ) )
+            {
+                EXPECT_TRUE( names.insert( member.name() ).second );
+                EXPECT_FALSE( member.summary().empty() );
+                for ( const auto& key : member.keys() )
+                    EXPECT_FALSE( key.description.empty() )
+                        << member.name() << " " << key.name;
+            }
+            EXPECT_GE( names.size(), 3u );
+        }
+}
+
+} // namespace

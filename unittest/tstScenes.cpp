@@ -1,0 +1,530 @@
+// Whole runs through the Simulation interface: uniform gas, conservation,
+// exact solutions, every boundary.
+#include "scenes.hpp"
+
+#include <boundary/shape.hpp>
+#include <core/exact.hpp>
+#include <core/report.hpp>
+
+#include <set>
+
+namespace
+{
+
+using namespace Machpoint;
+using namespace Test;
+
+const std::vector<std::string> bases = { "linear", "quadratic", "cubic" };
+const std::vector<std::string> methods = { "paper", "apic" };
+
+// --- Uniform gas stays uniform -----------------------------------------------
+
+class UniformGas : public testing::TestWithParam<
+                       std::tuple<int, std::string, std::string, std::string>>
+{
+};
+
+// A gas at rest on a lattice in a closed box feels no force: pressures cancel
+// to round-off (1e-16 of c = 1 per step), which 1000 steps must not amplify.
+TEST_P( UniformGas, staysAtRest )
+{
+    const auto [dimension, method, basis, boundary] = GetParam();
+    const int cells[] = { 20, 6, 4 };
+    auto input =
+        box( dimension, cells[dimension - 1], 2, method, basis, boundary );
+    addViscosity( input );
+    auto run = simulate( input );
+    advance( *run, 1000 );
+    const auto data = run->particleData();
+    EXPECT_LE( largest( data.velocity ), 1e-12 );
+    for ( const Real rho : data.density )
+        EXPECT_NEAR( rho, 1.4, 1e-11 );
+    EXPECT_EQ( run->totals().mass,
+               simulate( input )->totals().mass ); // to the last bit
+}
+
+INSTANTIATE_TEST_SUITE_P( Everywhere, UniformGas,
+                          testing::Combine( testing::Values( 1, 2, 3 ),
+                                            testing::ValuesIn( methods ),
+                                            testing::ValuesIn( bases ),
+                                            testing::Values( "slip_wall",
+                                                             "no_slip_wall",
+                                                             "periodic" ) ) );
+
+// Mach 3 through a periodic box, and from an inflow to an outflow: the lattice
+// moves through the grid and nothing happens, not even where it enters.
+TEST( UniformFlow, isTranslatedExactly )
+{
+    for ( const auto& basis : bases )
+        for ( const bool open : { false, true } )
+        {
+            auto input =
+                box( 2, 12, 2, "apic", basis, open ? "slip_wall" : "periodic" );
+            input["initial"][0]["velocity"] = { 3, open ? 0 : 3 };
+            if ( open )
+            {
+                input["boundary"][0] = { { "type", "inflow" },
+                                         { "side", "x_lower" },
+                                         { "density", 1.4 },
+                                         { "velocity", { 3, 0 } },
+                                         { "pressure", 1 } };
+                input["boundary"][1] = { { "type", "outflow" },
+                                         { "side", "x_upper" } };
+            }
+            auto run = simulate( input );
+            advanceTo( *run, 1 ); // three times through the box
+            const auto data = run->particleData();
+            for ( std::size_t p = 0; p < data.mass.size(); ++p )
+            {
+                EXPECT_NEAR( data.velocity[2 * p], 3, 1e-10 ) << basis << open;
+                EXPECT_NEAR( data.velocity[2 * p + 1], open ? 0 : 3, 1e-10 );
+                EXPECT_NEAR( data.density[p], 1.4, 1e-9 );
+            }
+            // Ids are unique, also of those that entered.
+            const std::set<std::int64_t> ids( data.id.begin(), data.id.end() );
+            EXPECT_EQ( ids.size(), data.id.size() );
+        }
+}
+
+// --- Conservation ------------------------------------------------------------
+
+class ShockTube : public testing::TestWithParam<std::tuple<int, std::string>>
+{
+};
+
+TEST_P( ShockTube, apicConservesEnergyToRoundOff )
+{
+    const auto [dimension, basis] = GetParam();
+    const int cells[] = { 50, 16, 8 };
+    for ( const auto& placement : { "lattice", "random" } )
+    {
+        auto input =
+            shockTube( dimension, cells[dimension - 1], 2, "apic", basis );
+        addViscosity( input );
+        input["particles"]["placement"] = placement;
+        auto run = simulate( input );
+        const auto before = run->totals();
+        advanceTo( *run, 0.4 ); // waves are reflected by the walls
+        const auto after = run->totals();
+        EXPECT_NEAR( after.energy() / before.energy(), 1, 1e-11 );
+        EXPECT_NEAR( after.mass / before.mass, 1, 1e-14 );
+        EXPECT_GT( after.kinetic, 0.001 * before.energy() ); // it did move
+        for ( int d = 1; d < dimension; ++d )
+            EXPECT_NEAR( after.momentum[d], 0,
+                         placement == std::string( "lattice" ) ? 1e-12 : 0.05 );
+    }
+}
+
+TEST_P( ShockTube, periodicBoxConservesMomentum )
+{
+    const auto [dimension, basis] = GetParam();
+    const int cells[] = { 50, 16, 8 };
+    for ( const auto& method : methods )
+    {
+        auto input =
+            shockTube( dimension, cells[dimension - 1], 2, method, basis );
+        addViscosity( input );
+        for ( auto& entry : input["boundary"] )
+            entry["type"] = "periodic";
+        input["particles"]["placement"] = "random";
+        auto run = simulate( input );
+        advanceTo( *run, 0.1 );
+        for ( int d = 0; d < dimension; ++d )
+        {
+            EXPECT_TRUE( run->conservesMomentum( d ) );
+            EXPECT_NEAR( run->totals().momentum[d], 0, 1e-13 );
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P( Everywhere, ShockTube,
+                          testing::Combine( testing::Values( 1, 2, 3 ),
+                                            testing::ValuesIn( bases ) ) );
+
+// What enters less what leaves is the change of mass, through any side.
+TEST( OpenScene, massBalances )
+{
+    for ( const auto& side : sides( 2 ) )
+        for ( const auto& placement : { "lattice", "jittered", "random" } )
+        {
+            const int axis = side[0] - 'x';
+            const bool upper = side.substr( 2 ) == "upper";
+            auto input = box( 2, 8, 2, "apic", "quadratic", "slip_wall" );
+            input["particles"]["placement"] = placement;
+            auto velocity = repeat( 2, 0.0 );
+            velocity[axis] = upper ? -2.0 : 2.0;
+            input["initial"][0]["velocity"] = velocity;
+            const int number = 2 * axis + ( upper ? 1 : 0 );
+            input["boundary"][number] = { { "type", "inflow" },
+                                          { "side", side },
+                                          { "density", 2.8 },
+                                          { "velocity", velocity },
+                                          { "pressure", 1 } };
+            input["boundary"][number ^ 1] = {
+                { "type", "outflow" }, { "side", sides( 2 )[number ^ 1] } };
+            auto run = simulate( input );
+            const Real before = run->totals().mass;
+            advanceTo( *run, 0.4 );
+            const auto& ledger = run->ledger();
+            EXPECT_NEAR( run->totals().mass,
+                         before + ledger.mass_in - ledger.mass_out,
+                         1e-13 * before );
+            // rho v A t entered, up to one layer of particles.
+            EXPECT_NEAR( ledger.mass_in, 2.8 * 2 * 0.4, 2.8 / 16 );
+            EXPECT_GT( ledger.mass_out, 0.5 );
+            for ( const Real x : run->particleData().position )
+            {
+                EXPECT_GE( x, 0 );
+                EXPECT_LT( x, 1 );
+            }
+        }
+}
+
+// A recycled particle keeps its mass; none is lost or made.
+TEST( OpenScene, recycleKeepsEveryParticle )
+{
+    auto input = box( 2, 8, 2, "paper", "linear", "slip_wall" );
+    input["initial"][0]["velocity"] = { 3, 0 };
+    input["boundary"].erase( input["boundary"].begin() );
+    input["boundary"][0] = { { "type", "recycle" },
+                             { "side", "x_upper" },
+                             { "density", 1.4 },
+                             { "velocity", { 3, 0 } },
+                             { "pressure", 1 } };
+    auto run = simulate( input );
+    const auto before = run->particleData();
+    advanceTo( *run, 1 );
+    const auto after = run->particleData();
+    EXPECT_EQ( std::set<std::int64_t>( before.id.begin(), before.id.end() ),
+               std::set<std::int64_t>( after.id.begin(), after.id.end() ) );
+    EXPECT_NEAR( run->totals().mass, 1.4, 1e-13 );
+}
+
+// A side may be shared: a jet through a part of it, a wall elsewhere.
+TEST( OpenScene, regionsShareASide )
+{
+    auto input = box( 2, 16, 2, "apic", "quadratic", "slip_wall" );
+    addViscosity( input );
+    auto part = [&]( const Json& lower, const Json& upper ) {
+        return Json{
+            { "type", "box" }, { "lower", lower }, { "upper", upper } };
+    };
+    input["boundary"][0]["region"] = part( { -1, 0.25 }, { 2, 2 } );
+    input["boundary"].push_back(
+        { { "type", "inflow" },
+          { "side", "x_lower" },
+          { "density", 1.4 },
+          { "velocity", { 2, 0 } },
+          { "pressure", 1 },
+          { "region", part( { -1, -1 }, { 2, 0.25 } ) } } );
+    auto run = simulate( input );
+    const Real before = run->totals().mass;
+    advanceTo( *run, 0.1 );
+    EXPECT_NEAR( run->ledger().mass_in, 1.4 * 2 * 0.1 * 0.25, 1.4 / 32 * 0.25 );
+    EXPECT_NEAR( run->totals().mass, before + run->ledger().mass_in, 1e-13 );
+    EXPECT_EQ( run->ledger().mass_out, 0 );
+}
+
+// --- Exact solutions ---------------------------------------------------------
+
+Real densityError( const Json& input, const Real time )
+{
+    auto resolved = resolveInput( input, "test" );
+    auto run = makeSimulation( resolved );
+    advanceTo( *run, time );
+    const auto exact = makeExact( resolved );
+    return measureErrors( run->particleData(), *exact, resolved, time )[0].L1;
+}
+
+// The prototype's figures: apic .0082 and paper .0307 at 100 cells, 3 per
+// cell; the bound on apic is .0090. Paper's error must not be hidden: it grows.
+TEST( Sod, errorsAreThoseOfTheMethods )
+{
+    auto apic = shockTube( 1, 100, 3, "apic", "quadratic" );
+    addViscosity( apic );
+    apic["exact"] = { { "type", "riemann" } };
+    EXPECT_LE( densityError( apic, 0.2 ), 9.0e-3 );
+    auto paper = shockTube( 1, 100, 3, "paper", "linear" );
+    paper["exact"] = { { "type", "riemann" } };
+    const Real coarse = densityError( paper, 0.2 );
+    EXPECT_NEAR( coarse, 0.031, 0.004 );
+    paper["grid"]["cells"] = { 400 };
+    EXPECT_GT( densityError( paper, 0.2 ), coarse );
+}
+
+// The tube turned by 45 degrees has the error of the aligned one. The square
+// is cut out of an infinite tube by open sides; only a disc that their waves
+// have not reached is compared.
+TEST( Sod, isTheSameInAnyDirection )
+{
+    auto measure = [&]( const Json& normal )
+    {
+        auto input = shockTube( 2, 64, 2, "apic", "quadratic" );
+        addViscosity( input );
+        for ( auto& entry : input["boundary"] )
+            entry["type"] = "outflow";
+        input["initial"][0]["normal"] = normal;
+        Real length =
+            std::sqrt( normal[0].get<Real>() * normal[0].get<Real>() +
+                       normal[1].get<Real>() * normal[1].get<Real>() );
+        input["initial"][0]["position"] =
+            0.5 * ( normal[0].get<Real>() + normal[1].get<Real>() ) / length;
+        input["exact"] = { { "type", "riemann" } };
+        auto resolved = resolveInput( input, "test" );
+        auto run = makeSimulation( resolved );
+        const Real t = 0.08;
+        advanceTo( *run, t );
+        const auto exact = makeExact( resolved );
+        const auto data = run->particleData();
+        Real error = 0, volume = 0;
+        for ( std::size_t p = 0; p < data.mass.size(); ++p )
+        {
+            const Real x = data.position[2 * p], y = data.position[2 * p + 1];
+            if ( std::hypot( x - 0.5, y - 0.5 ) > 0.3 )
+                continue;
+            error += data.volume[p] *
+                     std::abs( data.density[p] -
+                               exact->state( { x, y, 0 }, t ).density );
+            volume += data.volume[p];
+        }
+        return error / volume;
+    };
+    const Real aligned = measure( { 1, 0 } );
+    const Real rotated = measure( { 1, 1 } );
+    EXPECT_LT( aligned, 0.04 ); // against a jump of .875
+    EXPECT_NEAR( rotated, aligned, 0.5 * aligned );
+}
+
+// dp/dx = rho g: the column stands. Its discretisation error makes it
+// oscillate by O(h^2) only, and the work of gravity closes the energy balance.
+TEST( Gravity, columnStandsAndEnergyBalances )
+{
+    for ( const auto& basis : bases )
+        for ( const int dimension : { 1, 2 } )
+        {
+            auto input = box( dimension, dimension == 1 ? 50 : 12, 2, "apic",
+                              basis, "slip_wall" );
+            auto g = repeat( dimension, 0.0 );
+            g[dimension - 1] = -0.5;
+            input["physics"].push_back(
+                { { "type", "gravity" }, { "acceleration", g } } );
+            input["initial"][0] = { { "type", "hydrostatic" },
+                                    { "axis", dimension == 1 ? "x" : "y" },
+                                    { "density", 1 },
+                                    { "pressure", 1 },
+                                    { "gravity", -0.5 } };
+            auto run = simulate( input );
+            const Real before = run->totals().energy();
+            advanceTo( *run, 2 );
+            const Real drift =
+                run->totals().energy() - before - run->ledger().energy_in;
+            EXPECT_NEAR( drift / before, 0, 1e-12 ) << basis << dimension;
+            EXPECT_NE( run->ledger().energy_in, 0 );
+            EXPECT_LE( largest( run->particleData().velocity ),
+                       basis == "linear" ? 0.05 : 0.01 )
+                << basis << dimension;
+        }
+}
+
+// Free fall in a periodic box: the velocity is g t, and the work m g s.
+TEST( Gravity, freeFallIsExact )
+{
+    auto input = box( 2, 6, 2, "apic", "cubic", "periodic" );
+    input["physics"].push_back(
+        { { "type", "gravity" }, { "acceleration", { 0.0, -2.0 } } } );
+    auto run = simulate( input );
+    const Real before = run->totals().energy();
+    advanceTo( *run, 0.5 );
+    const auto data = run->particleData();
+    for ( std::size_t p = 0; p < data.mass.size(); ++p )
+        EXPECT_NEAR( data.velocity[2 * p + 1], -1, 1e-12 );
+    EXPECT_NEAR( run->ledger().energy_in, 0.5 * 1.4, 1e-12 );
+    EXPECT_NEAR( run->totals().energy() - before, 0.5 * 1.4, 1e-12 );
+}
+
+// A stiffened gas with p_inf = 0 is an ideal gas, and one with p_inf > 0 has
+// the sound speed that the time step shows: dt = cfl h / c after the start-up.
+TEST( StiffenedGas, reducesToIdealAndStiffens )
+{
+    auto ideal = shockTube( 1, 50, 3, "apic", "quadratic" );
+    addViscosity( ideal );
+    auto stiff = ideal;
+    stiff["physics"][0] = { { "type", "stiffened_gas" }, { "gamma", 1.4 } };
+    auto a = simulate( ideal ), b = simulate( stiff );
+    advanceTo( *a, 0.1 );
+    advanceTo( *b, 0.1 );
+    const auto x = a->particleData(), y = b->particleData();
+    for ( std::size_t p = 0; p < x.mass.size(); ++p )
+        EXPECT_NEAR( x.density[p], y.density[p], 1e-11 );
+
+    auto rest = box( 1, 50, 3, "apic", "quadratic", "slip_wall" );
+    rest["physics"][0] = { { "type", "stiffened_gas" },
+                           { "gamma", 4.4 },
+                           { "reference_pressure", 600.0 } };
+    auto run = simulate( rest );
+    advance( *run, 20 );
+    EXPECT_NEAR( run->timeStep(), 0.4 * 0.02 / std::sqrt( 4.4 * 601.0 / 1.4 ),
+                 1e-9 );
+    EXPECT_LE( largest( run->particleData().velocity ), 1e-10 );
+}
+
+// --- Obstacles ---------------------------------------------------------------
+
+// Supersonic flow meets every shape: none of its particles is ever inside, the
+// body is pushed downstream, and its surface sees more than the free stream's
+// pressure where the shape has a front.
+TEST( Obstacle, keepsParticlesOut )
+{
+    const std::vector<Json> shapes = {
+        { { "type", "sphere" }, { "center", { 0.5, 0.5 } }, { "radius", 0.2 } },
+        { { "type", "box" },
+          { "lower", { 0.4, 0.3 } },
+          { "upper", { 2, 0.7 } } },
+        { { "type", "polygon" },
+          { "vertices", { { 0.3, 0.5 }, { 0.7, 0.3 }, { 0.7, 0.7 } } } },
+        { { "type", "naca4" },
+          { "digits", "2412" },
+          { "chord", 0.6 },
+          { "leading_edge", { 0.3, 0.5 } },
+          { "angle", 5 } },
+        { { "type", "half_space" },
+          { "point", { 0.5, 0.0 } },
+          { "normal", { -0.2, 1.0 } } },
+        { { "type", "union" },
+          { "shapes",
+            { { { "type", "sphere" },
+                { "center", { 0.5, 0.6 } },
+                { "radius", 0.15 } },
+              { { "type", "sphere" },
+                { "center", { 0.5, 0.4 } },
+                { "radius", 0.15 } } } } } };
+    for ( const auto& shape : shapes )
+        for ( const auto& method : methods )
+        {
+            auto input =
+                box( 2, 24, 2, method,
+                     method == "paper" ? "linear" : "quadratic", "slip_wall" );
+            addViscosity( input );
+            input["initial"][0]["velocity"] = { 3, 0 };
+            input["boundary"][0] = { { "type", "inflow" },
+                                     { "side", "x_lower" },
+                                     { "density", 1.4 },
+                                     { "velocity", { 3, 0 } },
+                                     { "pressure", 1 } };
+            input["boundary"][1] = { { "type", "outflow" },
+                                     { "side", "x_upper" } };
+            input["boundary"].push_back( { { "type", "obstacle" },
+                                           { "name", "body" },
+                                           { "shape", shape } } );
+            const auto resolved = resolveInput( input, "test" );
+            const auto solid = makeShape<2, Kokkos::HostSpace>(
+                resolved["boundary"].back().at( "shape" ) );
+            auto run = makeSimulation( resolved );
+            for ( int k = 0; k < 12; ++k )
+            {
+                advance( *run, 10 );
+                const auto data = run->particleData();
+                for ( std::size_t p = 0; p < data.mass.size(); ++p )
+                    ASSERT_GE( solid.distance( { data.position[2 * p],
+                                                 data.position[2 * p + 1] } ),
+                               0 )
+                        << shape.dump() << " " << method;
+            }
+            const auto* series = run->series().at( 0 );
+            EXPECT_EQ( series->name, "body" );
+            ASSERT_EQ( series->rows.size(), 120u );
+            EXPECT_GT( series->rows.back().at( 1 ), 0 ); // drag
+            EXPECT_GT( series->rows.back().at( 3 ), 1 ); // mean pressure
+        }
+}
+
+// Bilateral projection does no work: a closed box with a cylinder keeps its
+// energy, and the force on a body in gas at rest is that of its pressure: none.
+TEST( Obstacle, doesNoWork )
+{
+    auto input = shockTube( 2, 24, 2, "apic", "quadratic" );
+    addViscosity( input );
+    input["boundary"].push_back( { { "type", "obstacle" },
+                                   { "shape",
+                                     { { "type", "sphere" },
+                                       { "center", { 0.7, 0.5 } },
+                                       { "radius", 0.15 } } } } );
+    auto run = simulate( input );
+    const Real before = run->totals().energy();
+    advanceTo( *run, 0.4 );
+    EXPECT_NEAR( run->totals().energy() / before, 1, 1e-11 );
+}
+
+// --- Random placement, sorting, bad input ------------------------------------
+
+// Sorting only reorders: with it in every step or never, the same particles
+// end at the same places up to the order of sums.
+TEST( Sorting, changesNothingButTheOrder )
+{
+    auto input = shockTube( 2, 16, 2, "apic", "quadratic" );
+    addViscosity( input );
+    input["particles"]["placement"] = "random";
+    std::map<std::int64_t, Real> places[2];
+    for ( const int k : { 0, 1 } )
+    {
+        input["particles"]["sort_every"] = k == 0 ? 1 : 1000000;
+        auto run = simulate( input );
+        advance( *run, 40 );
+        const auto data = run->particleData();
+        for ( std::size_t p = 0; p < data.id.size(); ++p )
+            places[k][data.id[p]] = data.position[2 * p];
+    }
+    ASSERT_EQ( places[0].size(), 16u * 16u * 4u );
+    for ( const auto& [id, x] : places[0] )
+        EXPECT_NEAR( x, places[1].at( id ), 1e-11 );
+}
+
+TEST( Seed, decidesRandomPlaces )
+{
+    auto input = box( 2, 4, 2, "apic", "quadratic", "slip_wall" );
+    input["particles"]["placement"] = "random";
+    const auto first = simulate( input )->particleData().position;
+    EXPECT_EQ( first, simulate( input )->particleData().position );
+    input["particles"]["seed"] = 2;
+    EXPECT_NE( first, simulate( input )->particleData().position );
+}
+
+// A broken state is reported with its place, not computed on.
+TEST( Failure, namesWhatWhereAndWhen )
+{
+    auto input = shockTube( 1, 50, 3, "paper", "linear" );
+    input["time"]["cfl"] = 2;
+    input["initial"][0]["left"]["pressure"] = 1e12;
+    input["initial"][0]["right"]["pressure"] = 1e-12;
+    auto run = simulate( input );
+    try
+    {
+        for ( int k = 0; k < 20000; ++k )
+            run->step( 1.0 );
+    }
+    catch ( const NumericalFailure& failure )
+    {
+        const std::string text = failure.what();
+        EXPECT_NE( text.find( "step " ), std::string::npos );
+        EXPECT_NE( text.find( "t = " ), std::string::npos );
+        return;
+    }
+    FAIL() << "CFL 2 against a pressure ratio of 1e24 must break down";
+}
+
+TEST( BadScene, isRefusedBeforeItRuns )
+{
+    auto full = box( 2, 8, 2, "apic", "quadratic", "slip_wall" );
+    full["boundary"].push_back( { { "type", "obstacle" },
+                                  { "shape",
+                                    { { "type", "sphere" },
+                                      { "center", { 0.5, 0.5 } },
+                                      { "radius", 5 } } } } );
+    EXPECT_THROW( simulate( full ), InputError );
+    auto gap = box( 2, 8, 2, "apic", "quadratic", "slip_wall" );
+    gap["boundary"][0]["region"] = {
+        { "type", "box" }, { "lower", { -1, -1 } }, { "upper", { 1, 0.5 } } };
+    EXPECT_THROW( simulate( gap ), InputError );
+}
+
+} // namespace
