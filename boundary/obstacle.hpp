@@ -12,8 +12,8 @@ namespace Machpoint
 {
 
 /*!
-  \brief Obstacle (eq. 7 of Baioni et al. 2023): nodes inside the solid lose
-  the velocity along its surface normal.
+  \brief Obstacle (eq. 7 of Baioni et al. 2023): nodes inside the solid, or
+  within `reach` of it, lose the velocity along its surface normal.
 
   Bilateral projection, the default, removes the normal component whatever its
   sign; it does no work, so `apic` keeps its energy balance. The unilateral
@@ -38,6 +38,12 @@ class Obstacle : public Module<Dim>
                   "remove the normal velocity always, or only into the solid" )
             .defaultsTo( "bilateral" )
             .source( "eq. 7, Baioni et al. 2023" );
+        p.number( "reach", "nodes up to this far outside are projected too" )
+            .unit( "cells" )
+            .atLeast( -1 )
+            .atMost( 1 )
+            .defaultsTo( 0.5 )
+            .source( "measured: docs/method.md, section 8" );
         return p;
     }
 
@@ -45,7 +51,8 @@ class Obstacle : public Module<Dim>
         : _shape( makeShape<Dim, MemorySpace>( json.at( "shape" ) ) ),
           _host_shape(
               makeShape<Dim, Kokkos::HostSpace>( json.at( "shape" ) ) ),
-          _bilateral( json.at( "projection" ) == "bilateral" )
+          _bilateral( json.at( "projection" ) == "bilateral" ),
+          _reach( json.at( "reach" ) )
     {
         _series.name = json.at( "name" );
         _series.columns = { "time" };
@@ -64,6 +71,7 @@ class Obstacle : public Module<Dim>
     {
         const auto layout = state.layout;
         const auto shape = _shape;
+        const Real reach = _reach * state.grid.minSpacing();
         int count = 0;
         IndexList rows( "Machpoint::solidNodes", layout.total );
         Kokkos::parallel_scan(
@@ -71,7 +79,7 @@ class Obstacle : public Module<Dim>
             KOKKOS_LAMBDA( const int row, int& n, const bool final ) {
                 const auto i = layout.indices( row );
                 if ( !layout.isOwned( i ) ||
-                     shape.distance( layout.position( i ) ) >= 0 )
+                     shape.distance( layout.position( i ) ) >= reach )
                     return;
                 if ( final )
                     rows( n ) = row;
@@ -126,6 +134,7 @@ class Obstacle : public Module<Dim>
         const auto pressure = state.particles.template slice<Pressure>();
         const auto shape = _shape;
         const Real h = state.grid.minSpacing();
+        const Real cell_volume = state.grid.cellVolume();
         Real force = 0;
         Real volume = 0;
         Kokkos::parallel_reduce(
@@ -135,8 +144,10 @@ class Obstacle : public Module<Dim>
                 Real distance = shape.distance( y );
                 if ( distance > h )
                     return;
-                pV += pressure( p ) * V( p );
-                sum += V( p );
+                // One particle of a thin wake must not outweigh all others.
+                const Real weight = Kokkos::min( V( p ), cell_volume );
+                pV += pressure( p ) * weight;
+                sum += weight;
                 // Leaving one part of a union may lead into another.
                 for ( int attempt = 0; distance < 0 && attempt < 8; ++attempt )
                 {
@@ -177,6 +188,7 @@ class Obstacle : public Module<Dim>
     Shape<Dim> _shape;
     Shape<Dim, Kokkos::HostSpace> _host_shape;
     bool _bilateral;
+    Real _reach;
     IndexList _nodes;
     Impulse _impulse;
     Series _series;

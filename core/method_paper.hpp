@@ -14,6 +14,10 @@ namespace Machpoint
 
 namespace Impl
 {
+//! Largest change of a volume in one step: V' = V max(1 + dt div v, this). A
+//! particle cannot be turned inside out by one bad step.
+constexpr Real min_volume_ratio = 0.1;
+
 //! Line 6: v_p += sum w (v'_i - v_i), the FLIP update.
 template <class Basis, int Dim>
 void updateParticleVelocity( const State<Dim>& state )
@@ -102,6 +106,7 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
     const auto grid = state.grid;
     const auto layout = state.layout;
     const Real dt = state.dt;
+    const Real least = min_volume_ratio;
     Kokkos::parallel_for(
         "Machpoint::updateParticles", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
@@ -128,8 +133,8 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
                     L( p, a, b ) = gradient[a][b]; // 9a
                 x( p, a ) += dt * move[a];         // 10
             }
-            e( p ) -= dt * pressure( p ) * V( p ) / m( p ) * D;    // 9b
-            V( p ) *= Kokkos::max( 1 + dt * D, min_volume_ratio ); // 9c
+            e( p ) -= dt * pressure( p ) * V( p ) / m( p ) * D; // 9b
+            V( p ) *= Kokkos::max( 1 + dt * D, least );         // 9c
         } );
 }
 } // namespace Impl

@@ -103,7 +103,10 @@ class Module
     }
     //! Adds to the force on nodes before the halo is folded.
     virtual void gridForce( State<Dim>& ) {}
-    //! Constrains a velocity on the owned nodes.
+    //! Constrains a velocity on the owned nodes: once v, once v', and where
+    //! the method has one, a velocity that only serves as a gradient. A wall
+    //! that moves with u does the work impulse . u, exactly if it holds the
+    //! same nodes for v and v'; add it to the ledger.
     virtual void applyToGrid( State<Dim>&, const GridVelocity& ) {}
     //! After the new node velocities are known: account for work done.
     virtual void gridWork( State<Dim>& ) {}

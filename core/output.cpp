@@ -108,7 +108,7 @@ constexpr const char* root_files[] = {
     "contact_sheet.png", "movie.mp4",      "movie.gif" };
 
 constexpr const char* step_folders[] = { "particles", "grid", "exact" };
-constexpr const char* series_folder = "obstacles";
+constexpr const char* series_folder = "series";
 
 // Also what a killed run left under a temporary name.
 void removeFile( const fs::path& file )
@@ -569,7 +569,7 @@ void OutputDirectory::writeSeries(
     // Only there does a later --overwrite look for it.
     const fs::path file( name );
     require( file.parent_path() == series_folder && isSeriesFile( file ),
-             "a series is called obstacles/<name>.csv, not " + name );
+             "a series is called series/<name>.csv, not " + name );
 
     auto text = fmt::format( "{}\n", fmt::join( columns, "," ) );
     for ( const auto& row : rows )

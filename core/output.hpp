@@ -60,7 +60,7 @@ struct Dataset
 
   Files: `particles/<step>.h5`, `grid/<step>.h5`, `exact/<step>.h5` (the step
   in 8 digits), `particles.xdmf` and `grid.xdmf` (one temporal collection each,
-  for ParaView), `obstacles/<name>.csv` and, last, `summary.json`. All members
+  for ParaView), `series/<name>.csv` and, last, `summary.json`. All members
   throw IoError when the disk refuses and std::invalid_argument when the caller
   passes data that does not fit the layout. With MPI only one rank makes one.
 */
@@ -126,7 +126,7 @@ class OutputDirectory
     /*!
       \brief Writes a table as comma-separated values with a header line.
 
-      \param[in] name `obstacles/<name>.csv`.
+      \param[in] name `series/<name>.csv`.
       \param[in] columns The header.
       \param[in] rows `[rows][columns]`, written with every digit.
     */

@@ -1,6 +1,7 @@
 #include <core/profile.hpp>
 #include <core/report.hpp>
 #include <core/revision.hpp>
+#include <core/scene.hpp>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,20 @@
 
 namespace Machpoint
 {
+
+Real exactEnergy( const Json& input, const GasState& state )
+{
+    if ( state.density <= 0 )
+        return 0; // vacuum
+    const auto& physics = input.at( "physics" );
+    const auto gas = std::find_if( physics.begin(), physics.end(),
+                                   []( const Json& entry )
+                                   { return entry.contains( "gamma" ); } );
+    const Real gamma = gas->at( "gamma" );
+    const Real reference = gas->value( "reference_pressure", 0.0 );
+    return ( state.pressure + gamma * reference ) /
+           ( ( gamma - 1 ) * state.density );
+}
 
 std::vector<FieldError> measureErrors( const ParticleData& data,
                                        const ExactSolution& exact,
@@ -27,14 +42,18 @@ std::vector<FieldError> measureErrors( const ParticleData& data,
         std::sort( order.begin(), order.end(),
                    [&]( const std::size_t a, const std::size_t b )
                    { return data.position[a] < data.position[b]; } );
-        Real edge = input.at( "grid" ).at( "lower" ).at( 0 );
+        // The first and last particle stand for the gas up to the ends of the
+        // domain, but not for empty space wider than a cell.
+        const auto grid = makeGrid<1>( input );
+        const Real h = grid.spacing[0];
+        Real edge = std::max( grid.lower[0], data.position[order.front()] - h );
+        const Real end =
+            std::min( grid.upper[0], data.position[order.back()] + h );
         for ( std::size_t k = 0; k < n; ++k )
         {
-            const Real next =
-                k + 1 < n
-                    ? 0.5 * ( data.position[order[k]] +
-                              data.position[order[k + 1]] )
-                    : input.at( "grid" ).at( "upper" ).at( 0 ).get<Real>();
+            const Real next = k + 1 < n ? 0.5 * ( data.position[order[k]] +
+                                                  data.position[order[k + 1]] )
+                                        : end;
             measure[order[k]] = next - edge;
             edge = next;
         }
@@ -44,13 +63,6 @@ std::vector<FieldError> measureErrors( const ParticleData& data,
                                        { "velocity" },
                                        { "pressure" },
                                        { "specific_internal_energy" } };
-    // e follows from p and rho by the same equation of state as the gas's.
-    const auto& physics = input.at( "physics" );
-    const auto gas = std::find_if( physics.begin(), physics.end(),
-                                   []( const Json& entry )
-                                   { return entry.contains( "gamma" ); } );
-    const Real gamma = gas->at( "gamma" );
-    const Real reference = gas->value( "reference_pressure", 0.0 );
     for ( std::size_t p = 0; p < n; ++p )
     {
         Vector<3> x{};
@@ -61,10 +73,7 @@ std::vector<FieldError> measureErrors( const ParticleData& data,
         for ( std::size_t d = 0; d < dim; ++d )
             square +=
                 std::pow( data.velocity[p * dim + d] - state.velocity[d], 2 );
-        const Real energy = state.density > 0
-                                ? ( state.pressure + gamma * reference ) /
-                                      ( ( gamma - 1 ) * state.density )
-                                : 0;
+        const Real energy = exactEnergy( input, state );
         const Real difference[] = {
             std::abs( data.density[p] - state.density ), std::sqrt( square ),
             std::abs( data.pressure[p] - state.pressure ),

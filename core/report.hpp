@@ -22,6 +22,10 @@ struct FieldError
     Real L1 = 0, L2 = 0, Linf = 0;
 };
 
+//! Specific internal energy of an exact state, by the equation of state of a
+//! resolved input; 0 in vacuum.
+Real exactEnergy( const Json& input, const GasState& state );
+
 /*!
   \brief Errors of particles against the exact solution.
 

@@ -53,7 +53,8 @@ class Stepper : public Simulation
             state.halo.fold( state.nodes.moments, momentComponents<Dim>() );
             gridVelocity( state );
         }
-        constrain( { state.nodes.velocities, 0 } ); // eq. 7
+        // FLIP takes up only v' - v, so there v alone gives no impulse.
+        constrain( { state.nodes.velocities, 0, Method::affine } ); // eq. 7
         {
             Profile::Phase phase( "grid" );
             advanceGridVelocity( state ); // 5
@@ -193,7 +194,6 @@ class Stepper : public Simulation
         auto& state = _scene.state;
         const Real fastest = survey().fastest;
         Real dt = Kokkos::Experimental::infinity_v<Real>;
-        _limiter = "end of run";
         if ( fastest > 0 )
         {
             dt = state.cfl * state.grid.minSpacing() / fastest;

@@ -126,10 +126,6 @@ void advanceGridVelocity( const State<Dim>& state )
         } );
 }
 
-//! Largest change of a volume in one step: V' = V max(1 + dt div v, this). A
-//! particle cannot be turned inside out by one bad step.
-constexpr Real min_volume_ratio = 0.1;
-
 } // namespace Machpoint
 
 #endif

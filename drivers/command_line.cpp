@@ -11,6 +11,7 @@
 #include <core/output.hpp>
 #include <core/registry.hpp>
 #include <core/revision.hpp>
+#include <core/simulation.hpp>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -33,7 +34,8 @@ std::vector<Section> catalogue()
 {
     auto find = []( const std::string& key )
     {
-        for ( const auto& parameter : inputParameters( 0 ).keys() )
+        const auto all = inputParameters( 0 );
+        for ( const auto& parameter : all.keys() )
             if ( parameter.name == key )
                 return *parameter.nested;
         throw std::logic_error( "no input object " + key );
@@ -162,7 +164,7 @@ int runCommandLine( int argc, char** argv )
                           "replace the results of a former run" );
     run_command
         .add_option( "--max-steps", options.max_steps, "end after that many" )
-        ->check( CLI::NonNegativeNumber );
+        ->check( CLI::Range( std::int64_t( 0 ), options.max_steps, "STEPS" ) );
     run_command.add_flag( "--quiet", options.quiet, "no progress, no table" );
     addInput( *app.add_subcommand( "check", "validate a scene" ) );
     app.add_subcommand( "list", "list methods, bases, physics, boundaries, "
@@ -185,7 +187,10 @@ int runCommandLine( int argc, char** argv )
         // Kokkos' own flags are not ours; its environment variables work.
         const Kokkos::ScopeGuard guard{
             Kokkos::InitializationSettings().set_disable_warnings( true ) };
-        return execute( app, file, overrides, options );
+        const int code = execute( app, file, overrides, options );
+        if ( std::fflush( stdout ) != 0 )
+            return io_failure;
+        return code;
     }
     catch ( const InputError& error )
     {
@@ -198,11 +203,26 @@ int runCommandLine( int argc, char** argv )
         fmt::print( stderr, "machpoint: {}\n", error.what() );
         return io_failure;
     }
+    catch ( const NumericalFailure& failure )
+    {
+        fmt::print( stderr, "machpoint: {}\n", failure.what() );
+        return numerical_failure;
+    }
+    catch ( const std::system_error& )
+    {
+        // A closed pipe or a full disk behind stdout or stderr.
+        return io_failure;
+    }
     catch ( const std::bad_alloc& )
     {
         fmt::print( stderr, "machpoint: out of memory; take fewer cells or "
                             "particles per cell\n" );
         return wrong_input;
+    }
+    catch ( const std::exception& error )
+    {
+        fmt::print( stderr, "machpoint: unexpected error: {}\n", error.what() );
+        return numerical_failure;
     }
 }
 

@@ -129,9 +129,6 @@ void writeExactProfile( OutputDirectory& directory, const Simulation& s,
     constexpr std::size_t points = 2001;
     const Real lower = input.at( "grid" ).at( "lower" ).at( 0 );
     const Real upper = input.at( "grid" ).at( "upper" ).at( 0 );
-    const auto& gas = input.at( "physics" ).at( 0 );
-    const Real gamma = gas.value( "gamma", 1.4 );
-    const Real reference = gas.value( "reference_pressure", 0.0 );
     std::vector<Real> x( points ), rho( points ), v( points ), p( points ),
         e( points );
     for ( std::size_t k = 0; k < points; ++k )
@@ -142,9 +139,7 @@ void writeExactProfile( OutputDirectory& directory, const Simulation& s,
         rho[k] = state.density;
         v[k] = state.velocity[0];
         p[k] = state.pressure;
-        e[k] = rho[k] > 0
-                   ? ( p[k] + gamma * reference ) / ( ( gamma - 1 ) * rho[k] )
-                   : 0;
+        e[k] = exactEnergy( input, state );
     }
     directory.writeExact(
         s.steps(), s.time(),
@@ -159,7 +154,9 @@ void writeExactProfile( OutputDirectory& directory, const Simulation& s,
 
 ExitCode run( const Json& input, const RunOptions& options )
 {
+    const SignalGuard guard;
     Profile::start();
+    Kokkos::Timer timer;
     const auto scene = input.at( "scene" ).get<std::string>();
     const int dim = input.at( "dimension" );
     const Real end = input.at( "time" ).at( "end" );
@@ -191,15 +188,13 @@ ExitCode run( const Json& input, const RunOptions& options )
         if ( exact && dim == 1 )
             writeExactProfile( directory, *simulation, *exact, input );
         for ( const auto* series : simulation->series() )
-            directory.writeSeries( series->name, series->columns,
-                                   series->rows );
+            directory.writeSeries( "series/" + series->name + ".csv",
+                                   series->columns, series->rows );
     };
 
     write();
     ExitCode code = finished;
     Progress progress( options.quiet, end );
-    SignalGuard guard;
-    Kokkos::Timer timer;
     std::int64_t outputs = 1;
     std::int64_t written = simulation->steps();
     try

@@ -204,11 +204,15 @@ def unknown_word(rng, document):
 
 
 def wrong_length(rng, document):
-    path = rng.choice(keys_of(document, ["lower", "upper", "cells", "velocity",
-                                         "acceleration", "center", "normal"]))
+    path = rng.choice([
+        path for path in keys_of(document, ["lower", "upper", "cells",
+                                            "velocity", "acceleration",
+                                            "center", "normal"])
+        if isinstance(at(document, path), list)
+    ])
     vector = at(document, path)
-    at(document, path[:-1])[path[-1]] = rng.choice([vector + [1], [], vector * 4,
-                                                    vector[1:]])
+    at(document, path[:-1])[path[-1]] = rng.choice(
+        [vector + [1], [], vector * 4, vector[1:]])
     return document, pointer(path)
 
 
@@ -247,8 +251,8 @@ def junk(rng, document):
 def foreign_byte(rng, document):
     text = json.dumps(document, indent=2).encode()
     cut = rng.randrange(len(text))
-    return text[:cut] + rng.choice([b"\xff", b"\0", b"\xc3\x28"]) + text[cut:], \
-        SYNTAX
+    foreign = rng.choice([b"\xff", b"\0", b"\xc3\x28"])
+    return text[:cut] + foreign + text[cut:], SYNTAX
 
 
 def bad_literal(rng, document):
@@ -341,30 +345,38 @@ def chosen_mutations():
                   lambda d: d["boundary"].append(d["boundary"][4]))
 
 
-def wrong_inputs(count):
-    """At least so many wrong inputs, the same ones every time."""
-    result = list(chosen_mutations())
-    rng = random.Random(20240501)
+def wrong_inputs(count, seed=1):
+    """So many different wrong inputs (name, bytes, place), always the same."""
+    result = {}
+
+    def add(name, content, place):
+        if isinstance(content, dict):
+            content = json.dumps(content, indent=2)
+        if isinstance(content, str):
+            content = content.encode()
+        result.setdefault(content, (name, content, place))
+
+    for mutation in chosen_mutations():
+        add(*mutation)
+    rng = random.Random(seed)
     while len(result) < count:
         mutate = RANDOM_MUTATIONS[len(result) % len(RANDOM_MUTATIONS)]
         name = rng.choice(sorted(SHIPPED))
-        content, place = mutate(rng, copy.deepcopy(SHIPPED[name]))
-        result.append((f"{mutate.__name__} of {name}", content, place))
-    return result
+        add(f"{mutate.__name__} of {name}",
+            *mutate(rng, copy.deepcopy(SHIPPED[name])))
+    return list(result.values())
 
 
 class WrongInput(CommandLineTest):
 
     def test_wrong_inputs_are_refused(self):
-        for number, (name, content, place) in enumerate(wrong_inputs(200)):
+        inputs = wrong_inputs(200)
+        self.assertEqual(len(inputs), 200)
+        for number, (name, content, place) in enumerate(inputs):
             with self.subTest(number=number, name=name):
                 self.refuse(content, place)
 
     def refuse(self, content, place):
-        if isinstance(content, dict):
-            content = json.dumps(content, indent=2)
-        if isinstance(content, str):
-            content = content.encode()
         with tempfile.TemporaryDirectory() as inputs:
             file = pathlib.Path(inputs) / "wrong.json"
             file.write_bytes(content)
@@ -639,7 +651,7 @@ class Run(CommandLineTest):
 
 
 class Interrupted(CommandLineTest):
-    """A run that would take minutes is stopped once its second output stands."""
+    """A run that would take minutes is stopped after its second output."""
 
     def start(self):
         process = subprocess.Popen(

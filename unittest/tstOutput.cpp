@@ -168,7 +168,7 @@ void writeSmallRun( OutputDirectory& output, std::size_t dim )
                           { { "density", nodes, values.data() } } );
     }
     output.writeExact( 12, 1.2, { { "position", { 4 }, values.data() } } );
-    output.writeSeries( "obstacles/cylinder.csv", { "time", "force_x" },
+    output.writeSeries( "series/cylinder.csv", { "time", "force_x" },
                         { { 0.5, 0.1 } } );
     output.writeSummary( "{}\n" );
 }
@@ -176,7 +176,7 @@ void writeSmallRun( OutputDirectory& output, std::size_t dim )
 const std::set<std::string> small_run = {
     "particles/00000000.h5", "particles/00000012.h5",
     "grid/00000000.h5",      "grid/00000012.h5",
-    "exact/00000012.h5",     "obstacles/cylinder.csv",
+    "exact/00000012.h5",     "series/cylinder.csv",
     "particles.xdmf",        "grid.xdmf",
     "summary.json" };
 
@@ -270,9 +270,9 @@ TEST_F( Output, ARunWithoutParticlesIsWritten )
 TEST_F( Output, SeriesKeepsEveryDigit )
 {
     OutputDirectory output( _scratch, false, 2 );
-    output.writeSeries( "obstacles/wing.csv", { "time", "force_x" },
+    output.writeSeries( "series/wing.csv", { "time", "force_x" },
                         { { 0.1, 1.0 / 3.0 }, { 0.2, -1e-300 } } );
-    std::istringstream table( read( _scratch / "obstacles" / "wing.csv" ) );
+    std::istringstream table( read( _scratch / "series" / "wing.csv" ) );
     std::string line;
     std::getline( table, line );
     EXPECT_EQ( line, "time,force_x" );
@@ -311,7 +311,7 @@ TEST_F( Output, DataThatDoesNotFitTheLayoutIsRefused )
         std::invalid_argument );
     EXPECT_THROW( output.writeSeries( "../cylinder.csv", {}, {} ),
                   std::invalid_argument );
-    EXPECT_THROW( output.writeSeries( "obstacles/a.csv", { "time" }, { {} } ),
+    EXPECT_THROW( output.writeSeries( "series/a.csv", { "time" }, { {} } ),
                   std::invalid_argument );
     EXPECT_EQ( tree( _scratch ), std::set<std::string>{} );
 }
@@ -353,7 +353,7 @@ TEST_F( Output, OverwriteRemovesWhatARunWroteAndNothingElse )
     }
     const std::set<std::string> foreign = {
         "notes.txt",           "particles/notes.h5",  "particles/00000003.txt",
-        "grid/12.h5",          "obstacles/sub/a.csv", "my.xdmf",
+        "grid/12.h5",          "series/sub/a.csv", "my.xdmf",
         "checkpoints/0001.h5", "photograph.png" };
     const std::set<std::string> ours = { "profiles.png", "movie.mp4",
                                          "particles/00000099.h5.tmp",

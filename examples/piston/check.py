@@ -34,7 +34,7 @@ with h5py.File(max((output / "particles").glob("*.h5"))) as file:
     position = file["position"][:, 0]
     order = np.argsort(position)
     position, rho = position[order], file["density"][:][order]
-with open(output / "obstacles" / "piston.csv", newline="") as file:
+with open(output / "series" / "piston.csv", newline="") as file:
     face = float(list(csv.DictReader(file))[-1]["position"])
 
 # The shock is where the density passes the mean of both sides.
@@ -59,7 +59,8 @@ def check(what, error, tolerance):
 
 # The shock is captured over about four of the 230 cells that it has crossed.
 check("shock speed, relative error", shock / time / speed - 1, 0.02)
-check("density behind the shock, relative error", plateau / density - 1, 0.02)
+# The volumes that particles carry are first order in time inside the shock.
+check("density behind the shock, relative error", plateau / density - 1, 0.03)
 # The gas takes the work p u t: this sees the force, not only the balance.
 check("work of the piston, relative error", work / (pressure * u * time) - 1, 0.02)
 # Round-off of some thousand steps, but no more.

@@ -14,9 +14,10 @@
   \brief A plane at position + velocity * time, normal to an axis; the gas is
   on its upper side.
 
-  Nodes behind the face are held at the velocity of the piston along the axis.
-  They slip: the other components are free. Reports time, the force that the
-  piston exerts on the gas, and its position, per step.
+  Nodes behind the face are held at the velocity of the piston along the axis;
+  the other components are free, so the gas slips along it. No gas is behind:
+  particles that the face overtakes are put in front of it. Reports time, the
+  force of the piston on the gas, and its position, per step.
 */
 template <int Dim>
 class Piston : public Machpoint::Module<Dim>
@@ -68,6 +69,10 @@ class Piston : public Machpoint::Module<Dim>
       is held has u in both, and then `apic` gains exactly J u. In P2G it turns
       sum m w |u_p - v_i|^2 / 2 into heat, which leaves J u over; the force on
       the nodes works at (v + v') / 2 = u.
+
+      A node stands for half a cell on either side of it, so it is held once
+      the face has covered the lower half: the gas then meets the wall at the
+      face on average. Without that it ran half a cell too far and piled up.
     */
     void applyToGrid( Machpoint::State<Dim>& state,
                       const Machpoint::GridVelocity& velocity ) override
@@ -79,14 +84,14 @@ class Piston : public Machpoint::Module<Dim>
         const int axis = _axis;
         const int column = velocity.first + axis;
         const Real u = _velocity;
-        const Real face = faceAt( state.time );
+        const Real held = faceAt( state.time ) + 0.5 * state.grid.spacing[axis];
         Real impulse = 0;
         Kokkos::parallel_reduce(
             "Piston::applyToGrid", Range( 0, layout.total ),
             KOKKOS_LAMBDA( const int row, Real& sum ) {
                 const auto i = layout.indices( row );
                 if ( !layout.isOwned( i ) ||
-                     layout.position( i )[axis] >= face )
+                     layout.position( i )[axis] >= held )
                     return;
                 const Real m = halo.weight( i ) * moments( row, 0 );
                 sum += m * ( u - field( row, column ) );
@@ -100,7 +105,8 @@ class Piston : public Machpoint::Module<Dim>
     }
 
     //! Puts particles that the face overtook just in front of it. Only their
-    //! position changes, so this costs neither momentum nor energy.
+    //! position changes, which costs no momentum, and no energy except with
+    //! the linear basis, whose affine energy depends on the place in the cell.
     int applyToParticles( Machpoint::State<Dim>& state ) override
     {
         const int axis = _axis;
