@@ -2,7 +2,9 @@
 # the projects that use an installed Machpoint.
 
 # Absent when tools/setup was not called, and then Kokkos is where CMake looks.
-include("${Machpoint_DEPENDENCIES}" OPTIONAL)
+if(Machpoint_DEPENDENCIES)
+  include("${Machpoint_DEPENDENCIES}" OPTIONAL)
+endif()
 include(MachpointKokkos)
 message(STATUS "Kokkos ${Kokkos_VERSION} (${Kokkos_DEVICES}): ${Kokkos_DIR}")
 

@@ -39,6 +39,19 @@ affineVelocity( const VelocitySlice& v, const GradientSlice& C, const int p,
     return u;
 }
 
+//! Velocity of particle p at x_p + dx: of its affine field, or its own. (A
+//! function, as nvcc's kernels must not meet a name first in an if constexpr.)
+template <bool Affine, int Dim, class VelocitySlice, class GradientSlice>
+KOKKOS_INLINE_FUNCTION Vector<Dim>
+velocityAt( const VelocitySlice& v, const GradientSlice& C, const int p,
+            const Vector<Dim>& dx )
+{
+    if constexpr ( Affine )
+        return affineVelocity<Dim>( v, C, p, dx );
+    else
+        return get<Dim>( v, p );
+}
+
 /*!
   \brief P2G of mass, momentum and internal force (Algorithm 1, lines 2-4).
 
@@ -75,11 +88,7 @@ void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
                 [&]( const StencilNode<Dim>& i )
                 {
                     const Real mw = mass * i.weight;
-                    Vector<Dim> u;
-                    if constexpr ( Affine )
-                        u = affineVelocity<Dim>( v, C, p, i.dx );
-                    else
-                        u = get<Dim>( v, p );
+                    const auto u = velocityAt<Affine, Dim>( v, C, p, i.dx );
                     nodes( i.row, 0 ) += mw;
                     for ( int d = 0; d < Dim; ++d )
                     {

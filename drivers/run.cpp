@@ -228,6 +228,7 @@ ExitCode run( const Json& input, const RunOptions& options )
                     "\nmachpoint: {}\nThe last good state written is "
                     "that of step {} in {}\n",
                     failure.what(), written, directory.path().string() );
+        fmt::print( "output: {}\n", directory.path().string() );
         return numerical_failure;
     }
     progress.show( *simulation, true );
