@@ -17,8 +17,10 @@ namespace Machpoint
 
   A particle enters when its place in the pattern crosses the side; so a
   lattice continues as a lattice, and random places depend on the seed and on
-  the pattern's cell alone. Particles within `buffer` cells of the side keep
-  the stream's state. Particles that leave through the side are removed.
+  the pattern's cell alone. Particles and nodes within `buffer` cells of the
+  side keep the stream's state: the mirror image beyond the side does not fit a
+  lattice that moves, and its noise must not reach the gas. Particles that leave
+  through the side are removed.
 */
 template <int Dim>
 class Inflow : public SideBoundary<Dim>
@@ -50,7 +52,34 @@ class Inflow : public SideBoundary<Dim>
     }
     bool isOpen() const override { return true; }
 
-    void initialize( State<Dim>& state ) override { imposeStream( state ); }
+    void initialize( State<Dim>& state ) override
+    {
+        const auto part = this->_part;
+        const auto grid = state.grid;
+        const Real width = _buffer * grid.spacing[part.axis()];
+        _nodes = listNodes(
+            "Machpoint::inflowNodes", state.layout,
+            KOKKOS_LAMBDA( const Vector<Dim>& x ) {
+                return part.depth( grid, x ) < width &&
+                       part.contains( grid, x );
+            } );
+        imposeStream( state );
+    }
+
+    void applyToGrid( State<Dim>&, const GridVelocity& velocity ) override
+    {
+        const auto nodes = _nodes;
+        const auto field = velocity.field;
+        const int first = velocity.first;
+        const auto stream = _stream;
+        Kokkos::parallel_for(
+            "Machpoint::inflowNodes",
+            Range( 0, static_cast<int>( nodes.extent( 0 ) ) ),
+            KOKKOS_LAMBDA( const int k ) {
+                for ( int d = 0; d < Dim; ++d )
+                    field( nodes( k ), first + d ) = stream.velocity[d];
+            } );
+    }
 
     int applyToParticles( State<Dim>& state ) override
     {
@@ -218,6 +247,7 @@ class Inflow : public SideBoundary<Dim>
   private:
     Stream<Dim> _stream;
     int _buffer;
+    IndexList _nodes;   // those in the buffer
     Real _advanced = 0; // how far the pattern has moved in
 };
 

@@ -69,26 +69,13 @@ class Obstacle : public Module<Dim>
     //! Lists the solid nodes, which never change.
     void initialize( State<Dim>& state ) override
     {
-        const auto layout = state.layout;
         const auto shape = _shape;
         const Real reach = _reach * state.grid.minSpacing();
-        int count = 0;
-        IndexList rows( "Machpoint::solidNodes", layout.total );
-        Kokkos::parallel_scan(
-            "Machpoint::findSolidNodes", Range( 0, layout.total ),
-            KOKKOS_LAMBDA( const int row, int& n, const bool final ) {
-                const auto i = layout.indices( row );
-                if ( !layout.isOwned( i ) ||
-                     shape.distance( layout.position( i ) ) >= reach )
-                    return;
-                if ( final )
-                    rows( n ) = row;
-                ++n;
-            },
-            count );
-        _nodes = IndexList( "Machpoint::solidNodes", count );
-        Kokkos::deep_copy(
-            _nodes, Kokkos::subview( rows, Kokkos::make_pair( 0, count ) ) );
+        _nodes = listNodes(
+            "Machpoint::solidNodes", state.layout,
+            KOKKOS_LAMBDA( const Vector<Dim>& x ) {
+                return shape.distance( x ) < reach;
+            } );
     }
 
     void applyToGrid( State<Dim>& state, const GridVelocity& velocity ) override

@@ -6,7 +6,7 @@
 #ifndef MACHPOINT_PARTICLES_HPP
 #define MACHPOINT_PARTICLES_HPP
 
-#include <core/types.hpp>
+#include <core/node_list.hpp>
 
 #include <Cabana_Core.hpp>
 
@@ -38,7 +38,6 @@ enum Member : std::size_t
 };
 
 using ParticleBins = Cabana::BinningData<MemorySpace>;
-using IndexList = Kokkos::View<int*, MemorySpace>;
 
 //! State that one effect alone needs, one entry per particle. Sorting,
 //! removal and insertion carry every sidecar along.

@@ -269,7 +269,7 @@ class Scene(InputTest):
         for entry in self.summary["input"]["boundary"]:
             if entry["type"] != "obstacle":
                 continue
-            with open(self.output / f"obstacles/{entry['name']}.csv") as file:
+            with open(self.output / f"series/{entry['name']}.csv") as file:
                 rows = list(csv.DictReader(file))
             axes = "xyz"[:self.summary["dimension"]]
             self.assertEqual(

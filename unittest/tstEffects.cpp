@@ -122,7 +122,7 @@ const std::vector<Effect>& effects()
               { { "type", "sphere" },
                 { "center", { 0.5, 0.5 } },
                 { "radius", 0.01 } } } },
-          { "Machpoint::findSolidNodes", "Machpoint::obstacle",
+          { "Machpoint::listNodes", "Machpoint::obstacle",
             "Machpoint::pushOut" },
           { "Machpoint::solidNodes", "Machpoint::shape_solids",
             "Machpoint::shape_arcs", "Machpoint::shape_vertices" } } };

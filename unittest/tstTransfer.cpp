@@ -85,6 +85,14 @@ void setLinearField( const State<Dim>& state )
         } );
 }
 
+//! A copy on the host that later kernels do not change.
+NodeView::HostMirror copy( const NodeView& field )
+{
+    auto host = Kokkos::create_mirror( field );
+    Kokkos::deep_copy( host, field );
+    return host;
+}
+
 template <class Basis, int Dim>
 struct Choice
 {
@@ -114,8 +122,7 @@ TYPED_TEST( Transfer, conservesMassMomentumAndForce )
         Box<Basis, Dim> box( boundary );
         auto& state = box.scene.state;
         particlesToGrid<Basis, true>( state, box.scatter );
-        auto host = Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(),
-                                                         state.nodes.moments );
+        auto host = copy( state.nodes.moments );
         Real mass = 0, force = 0, largest = 0;
         for ( int i = 0; i < state.layout.total; ++i )
         {
@@ -144,14 +151,11 @@ TYPED_TEST( Transfer, affineMomentumReproducesLinearVelocity )
     setLinearField( state );
     particlesToGrid<Basis, true>( state, box.scatter );
     gridVelocity( state ); // before the fold: real particles only
-    auto affine = Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(),
-                                                       state.nodes.velocities );
-    auto moments = Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(),
-                                                        state.nodes.moments );
+    auto affine = copy( state.nodes.velocities );
+    auto moments = copy( state.nodes.moments );
     particlesToGrid<Basis, false>( state, box.scatter );
     gridVelocity( state );
-    auto plain = Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(),
-                                                      state.nodes.velocities );
+    auto plain = copy( state.nodes.velocities );
     Real worst = 0;
     for ( int row = 0; row < state.layout.total; ++row )
     {

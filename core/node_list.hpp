@@ -1,0 +1,49 @@
+/*!
+  \file node_list.hpp
+  \brief Layer 3: the few nodes that a boundary acts on, found once.
+*/
+#ifndef MACHPOINT_NODE_LIST_HPP
+#define MACHPOINT_NODE_LIST_HPP
+
+#include <core/grid.hpp>
+
+#include <string>
+
+namespace Machpoint
+{
+
+//! Rows or particles, by number.
+using IndexList = Kokkos::View<int*, MemorySpace>;
+
+/*!
+  \brief The owned nodes whose position satisfies a predicate.
+  \param label what the memory is called in a profile
+  \param chosen callable on the device with a position [Dim]
+  \return their rows in a NodeView, ascending
+*/
+template <int Dim, class Predicate>
+IndexList listNodes( const std::string& label, const NodeLayout<Dim>& layout,
+                     const Predicate& chosen )
+{
+    int count = 0;
+    IndexList rows( label, layout.total );
+    Kokkos::parallel_scan(
+        "Machpoint::listNodes", Range( 0, layout.total ),
+        KOKKOS_LAMBDA( const int row, int& n, const bool final ) {
+            const auto i = layout.indices( row );
+            if ( !layout.isOwned( i ) || !chosen( layout.position( i ) ) )
+                return;
+            if ( final )
+                rows( n ) = row;
+            ++n;
+        },
+        count );
+    IndexList list( label, count );
+    Kokkos::deep_copy( list,
+                       Kokkos::subview( rows, Kokkos::make_pair( 0, count ) ) );
+    return list;
+}
+
+} // namespace Machpoint
+
+#endif
