@@ -59,15 +59,15 @@ INSTANTIATE_TEST_SUITE_P( Everywhere, UniformGas,
 
 // Mach 3 through a periodic box, and from an inflow to an outflow: the lattice
 // moves through the grid and nothing happens, not even where it enters. Where
-// it leaves, the mirror image does not fit the moving lattice; that noise stays
-// within the last cells.
+// it leaves, the mirror image does not fit the moving lattice; that noise falls
+// by some five times per cell upstream, so 12 cells on nothing is left of it.
 TEST( UniformFlow, isTranslatedExactly )
 {
     for ( const auto& basis : bases )
         for ( const bool open : { false, true } )
         {
-            auto input =
-                box( 2, 12, 2, "apic", basis, open ? "slip_wall" : "periodic" );
+            auto input = box( 2, open ? 24 : 12, 2, "apic", basis,
+                              open ? "slip_wall" : "periodic" );
             input["initial"][0]["velocity"] = { 3, open ? 0 : 3 };
             if ( open )
             {
@@ -85,7 +85,7 @@ TEST( UniformFlow, isTranslatedExactly )
             for ( std::size_t p = 0; p < data.mass.size(); ++p )
             {
                 const bool leaves = open && data.position[2 * p] > 0.5;
-                const Real bound = leaves ? 0.01 : 1e-10;
+                const Real bound = leaves ? 0.01 : 1e-8;
                 EXPECT_NEAR( data.velocity[2 * p], 3, bound ) << basis << open;
                 EXPECT_NEAR( data.velocity[2 * p + 1], open ? 0 : 3, bound );
                 EXPECT_NEAR( data.density[p], 1.4, bound );
