@@ -410,14 +410,15 @@ IoError::IoError( const fs::path& file, const std::string& operation,
 }
 
 OutputDirectory::OutputDirectory( const fs::path& directory, bool overwrite,
-                                  int dimension )
+                                  int dimension, const bool needs_fields )
     : _directory( directory ), _dimension( dimension )
 {
-    if ( !has_hdf5 )
+    if ( needs_fields && !has_hdf5 )
         throw IoError( directory.string() +
                        ": cannot write output: this build lacks HDF5; install "
                        "it (Debian: libhdf5-openmpi-dev or libhdf5-dev) and "
-                       "configure with -DMachpoint_ENABLE_HDF5=ON" );
+                       "configure with -DMachpoint_ENABLE_HDF5=ON, or set "
+                       "output.particles and output.grid to false" );
     require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
 
     if ( !overwrite )

@@ -77,11 +77,13 @@ class OutputDirectory
       \param[in] overwrite Remove what a former run wrote there, and only that;
       otherwise a directory that holds a run is refused.
       \param[in] dimension 1, 2 or 3.
+      \param[in] needs_fields Will particles or grids be written? Without them a
+      build without HDF5 can run, too.
       \throws IoError If the directory holds another run, cannot be made or
       written to, or if this build lacks HDF5.
     */
     OutputDirectory( const std::filesystem::path& directory, bool overwrite,
-                     int dimension );
+                     int dimension, bool needs_fields = true );
 
     //! The directory.
     const std::filesystem::path& path() const { return _directory; }

@@ -161,12 +161,14 @@ ExitCode run( const Json& input, const RunOptions& options )
     const int dim = input.at( "dimension" );
     const Real end = input.at( "time" ).at( "end" );
     const auto& output = input.at( "output" );
+    const bool writes_particles = output.at( "particles" );
+    const bool writes_grid = output.at( "grid" );
     const Real every = output.value( "every", end );
     const auto simulation = makeSimulation( input );
     const auto exact = makeExact( input );
-    OutputDirectory directory( options.output.empty() ? "out/" + scene
-                                                      : options.output,
-                               options.overwrite, dim );
+    OutputDirectory directory(
+        options.output.empty() ? "out/" + scene : options.output,
+        options.overwrite, dim, writes_particles || writes_grid );
 
     RunFacts facts;
     facts.initial = simulation->totals();
@@ -174,18 +176,18 @@ ExitCode run( const Json& input, const RunOptions& options )
     auto write = [&]
     {
         Profile::Phase phase( "output" );
-        if ( output.at( "particles" ) )
+        if ( writes_particles )
             directory.writeParticles(
                 simulation->steps(), simulation->time(),
                 particleDatasets( simulation->particleData(), dim ) );
-        if ( output.at( "grid" ) )
+        if ( writes_grid )
         {
             const auto data = simulation->gridData();
             directory.writeGrid( simulation->steps(), simulation->time(),
                                  data.lower, data.spacing,
                                  gridDatasets( data, dim ) );
         }
-        if ( exact && dim == 1 )
+        if ( exact && dim == 1 && writes_particles )
             writeExactProfile( directory, *simulation, *exact, input );
         for ( const auto* series : simulation->series() )
             directory.writeSeries( "series/" + series->name + ".csv",
@@ -202,9 +204,10 @@ ExitCode run( const Json& input, const RunOptions& options )
         while ( simulation->time() < end &&
                 simulation->steps() < options.max_steps )
         {
-            // Times are counted, not summed, so that none drifts.
-            const Real next =
-                std::min( end, every * static_cast<Real>( outputs ) );
+            // Times are counted, not summed, so that none drifts; one that
+            // rounding puts just before the end is the end.
+            const Real planned = every * static_cast<Real>( outputs );
+            const Real next = planned < end * ( 1 - 1e-12 ) ? planned : end;
             simulation->step( next );
             progress.count( simulation->particles() );
             progress.show( *simulation, false );
