@@ -7,6 +7,7 @@
 
 #include <boundary/outflow.hpp>
 #include <boundary/stream.hpp>
+#include <core/node_list.hpp>
 
 namespace Machpoint
 {

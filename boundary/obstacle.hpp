@@ -7,6 +7,7 @@
 
 #include <boundary/shape.hpp>
 #include <core/module.hpp>
+#include <core/node_list.hpp>
 
 namespace Machpoint
 {

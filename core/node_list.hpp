@@ -12,9 +12,6 @@
 namespace Machpoint
 {
 
-//! Rows or particles, by number.
-using IndexList = Kokkos::View<int*, MemorySpace>;
-
 /*!
   \brief The owned nodes whose position satisfies a predicate.
   \param label what the memory is called in a profile

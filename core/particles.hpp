@@ -6,7 +6,7 @@
 #ifndef MACHPOINT_PARTICLES_HPP
 #define MACHPOINT_PARTICLES_HPP
 
-#include <core/node_list.hpp>
+#include <core/types.hpp>
 
 #include <Cabana_Core.hpp>
 

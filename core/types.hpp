@@ -45,6 +45,9 @@ using Indices = Kokkos::Array<int, Dim>;
 using NodeView = Kokkos::View<Real**, Kokkos::LayoutRight,
                               typename ExecutionSpace::device_type>;
 
+//! Rows of nodes, or particles, by number.
+using IndexList = Kokkos::View<int*, MemorySpace>;
+
 //! Scalar product. \param a, b [Dim].
 template <int Dim>
 KOKKOS_INLINE_FUNCTION Real dot( const Vector<Dim>& a, const Vector<Dim>& b )
