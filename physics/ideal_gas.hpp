@@ -50,8 +50,8 @@ class IdealGas : public EquationOfState<Dim>
                 // The paper's energy update can lose all of a cold gas's
                 // energy; its sound speed is then taken as 0.
                 pressure( p ) = ( gamma - 1 ) * m( p ) / V( p ) * e( p );
-                sound_speed( p ) = Kokkos::sqrt(
-                    gamma * ( gamma - 1 ) * Kokkos::max( e( p ), 0.0 ) );
+                sound_speed( p ) = Kokkos::sqrt( gamma * ( gamma - 1 ) *
+                                                 Kokkos::max( e( p ), 0.0 ) );
             } );
     }
 

@@ -352,8 +352,8 @@ TEST_F( Output, OverwriteRemovesWhatARunWroteAndNothingElse )
         writeSmallRun( output, 2 );
     }
     const std::set<std::string> foreign = {
-        "notes.txt",           "particles/notes.h5",  "particles/00000003.txt",
-        "grid/12.h5",          "series/sub/a.csv", "my.xdmf",
+        "notes.txt",           "particles/notes.h5", "particles/00000003.txt",
+        "grid/12.h5",          "series/sub/a.csv",   "my.xdmf",
         "checkpoints/0001.h5", "photograph.png" };
     const std::set<std::string> ours = { "profiles.png", "movie.mp4",
                                          "particles/00000099.h5.tmp",
