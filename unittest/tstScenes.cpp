@@ -444,7 +444,13 @@ TEST( Obstacle, keepsParticlesOut )
             EXPECT_EQ( series->name, "body" );
             ASSERT_EQ( series->rows.size(), 120u );
             EXPECT_GT( series->rows.back().at( 1 ), 0 ); // drag
-            EXPECT_GT( series->rows.back().at( 3 ), 0 ); // mean pressure
+            // A thin wing, or a wedge with a wake behind its base, sees no
+            // more than the free stream's pressure on average.
+            const auto type = shape.at( "type" ).get<std::string>();
+            if ( type != "naca4" && type != "polygon" )
+            {
+                EXPECT_GT( series->rows.back().at( 3 ), 1 ) << type << method;
+            }
         }
 }
 
