@@ -1,6 +1,7 @@
 /*!
   \file obstacle.hpp
-  \brief A solid of any shape in the gas, by projection of node velocities.
+  \brief A solid of any shape in the gas, by mirror images of particles or by
+  projection of node velocities.
 */
 #ifndef MACHPOINT_OBSTACLE_HPP
 #define MACHPOINT_OBSTACLE_HPP
@@ -13,8 +14,14 @@ namespace Machpoint
 {
 
 /*!
-  \brief Obstacle (eq. 7 of Baioni et al. 2023): nodes inside the solid, or
-  within `reach` of it, lose the velocity along its surface normal.
+  \brief Obstacle, by one of two treatments.
+
+  `images`: each particle within `image_reach` of the surface has a mirror
+  image beyond it, with mirrored velocity and the same mass, volume and
+  pressure (docs/conservative.md, section 6).
+
+  `projection` (eq. 7 of Baioni et al. 2023): nodes inside the solid, or within
+  `reach` of it, lose the velocity along its surface normal.
 
   Bilateral projection, the default, removes the normal component whatever its
   sign; it does no work, so `apic` keeps its energy balance. The unilateral
@@ -35,6 +42,16 @@ class Obstacle : public Module<Dim>
             .nonEmpty()
             .defaultsTo( "obstacle" );
         p.oneOf( "shape", shapeFamily(), "the solid" );
+        p.choice( "treatment", { "images", "projection" },
+                  "mirror images of particles (conservative alone, its "
+                  "default) or projection of node velocities" )
+            .optional();
+        p.number( "image_reach", "particles this near have an image" )
+            .unit( "cells" )
+            .above( 0 )
+            .atMost( 4 )
+            .defaultsTo( 2.2 )
+            .source( "docs/conservative.md, section 6" );
         p.choice( "projection", { "bilateral", "unilateral" },
                   "remove the normal velocity always, or only into the solid" )
             .defaultsTo( "bilateral" )
@@ -52,6 +69,8 @@ class Obstacle : public Module<Dim>
         : _shape( makeShape<Dim, MemorySpace>( json.at( "shape" ) ) ),
           _host_shape(
               makeShape<Dim, Kokkos::HostSpace>( json.at( "shape" ) ) ),
+          _has_images( json.at( "treatment" ) == "images" ),
+          _image_reach( json.at( "image_reach" ) ),
           _bilateral( json.at( "projection" ) == "bilateral" ),
           _reach( json.at( "reach" ) )
     {
@@ -70,6 +89,8 @@ class Obstacle : public Module<Dim>
     //! Lists the solid nodes, which never change.
     void initialize( State<Dim>& state ) override
     {
+        if ( _has_images )
+            return;
         const auto shape = _shape;
         const Real reach = _reach * state.grid.minSpacing();
         _nodes = listNodes(
@@ -79,8 +100,63 @@ class Obstacle : public Module<Dim>
             } );
     }
 
+    void mirrorParticles( State<Dim>& state ) override
+    {
+        if ( !_has_images )
+            return;
+        const auto x = state.particles.template slice<Position>();
+        const auto shape = _shape;
+        const auto grid = state.grid;
+        const Real reach = _image_reach * grid.minSpacing();
+        const int n = state.particles.size();
+        if ( static_cast<int>( _distances.extent( 0 ) ) < n )
+            Kokkos::realloc( Kokkos::WithoutInitializing, _distances,
+                             n + n / 4 );
+        const auto distances = _distances;
+        int near = 0;
+        Kokkos::parallel_reduce(
+            "Machpoint::distances", Range( 0, n ),
+            KOKKOS_LAMBDA( const int p, int& count ) {
+                distances( p ) = shape.distance( get<Dim>( x, p ) );
+                count += distances( p ) < reach ? 1 : 0;
+            },
+            near );
+        auto& images = state.images;
+        images.reserve( near );
+        _first_image = images.count;
+        const auto list = images;
+        int added = 0;
+        Kokkos::parallel_scan(
+            "Machpoint::mirrorParticles", Range( 0, n ),
+            KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
+                if ( distances( p ) >= reach )
+                    return;
+                const auto y = get<Dim>( x, p );
+                const Mirror<Dim> mirror{ shape.normal( y ), distances( p ) };
+                const auto image = mirror.point( y );
+                for ( int d = 0; d < Dim; ++d )
+                    if ( image[d] < grid.lower[d] - grid.spacing[d] ||
+                         image[d] >= grid.upper[d] + grid.spacing[d] )
+                        return; // reaches no node of the domain
+                if ( final )
+                {
+                    const int row = list.count + k;
+                    list.particle( row ) = p;
+                    for ( int d = 0; d < Dim; ++d )
+                        list.mirrors( row, d ) = mirror.normal[d];
+                    list.mirrors( row, Dim ) = mirror.distance;
+                }
+                ++k;
+            },
+            added );
+        images.count += added;
+        _last_image = images.count;
+    }
+
     void applyToGrid( State<Dim>& state, const GridVelocity& velocity ) override
     {
+        if ( _has_images )
+            return;
         const auto nodes = _nodes;
         const auto shape = _shape;
         const auto layout = state.layout;
@@ -148,6 +224,8 @@ class Obstacle : public Module<Dim>
                 }
             },
             force, volume );
+        if ( _has_images )
+            sumImpulses( state );
         std::vector<Real> row = { state.time + state.dt };
         for ( int d = 0; d < Dim; ++d )
             row.push_back( _impulse.value[d] / state.dt );
@@ -157,8 +235,23 @@ class Obstacle : public Module<Dim>
         return 0;
     }
 
+    void rejectStep( State<Dim>& ) override { _impulse = Impulse{}; }
+
     bool exertsForce() const override { return true; }
     const Series* series() const override { return &_series; }
+
+    //! What the images gained, the gas has given to the solid.
+    void sumImpulses( const State<Dim>& state )
+    {
+        const auto impulses = state.images.impulses;
+        Kokkos::parallel_reduce(
+            "Machpoint::imageImpulse", Range( _first_image, _last_image ),
+            KOKKOS_LAMBDA( const int k, Impulse& sum ) {
+                for ( int d = 0; d < Dim; ++d )
+                    sum.value[d] += impulses( k, d );
+            },
+            _impulse );
+    }
 
     //! A vector that can be summed over nodes.
     struct Impulse
@@ -175,6 +268,10 @@ class Obstacle : public Module<Dim>
   private:
     Shape<Dim> _shape;
     Shape<Dim, Kokkos::HostSpace> _host_shape;
+    bool _has_images;
+    Real _image_reach;
+    int _first_image = 0, _last_image = 0; // of this obstacle, in this step
+    Kokkos::View<Real*, MemorySpace> _distances{ "Machpoint::distances", 0 };
     bool _bilateral;
     Real _reach;
     IndexList _nodes;

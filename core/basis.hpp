@@ -39,6 +39,11 @@ struct Linear
         g[0] = -1;
         g[1] = 1;
     }
+    //! Derivatives (times h) of the weights halfway between nodes.
+    KOKKOS_INLINE_FUNCTION static void halfwayGradients( const Real, Real* g )
+    {
+        g[0] = 0;
+    }
     KOKKOS_INLINE_FUNCTION static Real offset( const Real f, const int k )
     {
         return k - f;
@@ -73,6 +78,12 @@ struct Quadratic
         g[0] = f - 1;
         g[1] = 1 - 2 * f;
         g[2] = f;
+    }
+    //! Derivatives (times h) of the weights halfway between nodes.
+    KOKKOS_INLINE_FUNCTION static void halfwayGradients( const Real, Real* g )
+    {
+        g[0] = -1;
+        g[1] = 1;
     }
     KOKKOS_INLINE_FUNCTION static Real offset( const Real f, const int k )
     {
@@ -113,6 +124,13 @@ struct Cubic
         g[2] = -( 1.5 * r - 2 ) * r;
         g[3] = 0.5 * f * f;
     }
+    //! Derivatives (times h) of the weights halfway between nodes.
+    KOKKOS_INLINE_FUNCTION static void halfwayGradients( const Real f, Real* g )
+    {
+        g[0] = f - 1;
+        g[1] = 1 - 2 * f;
+        g[2] = f;
+    }
     KOKKOS_INLINE_FUNCTION static Real offset( const Real f, const int k )
     {
         return k - 1 - f;
@@ -123,17 +141,20 @@ struct Cubic
     }
 };
 
-//! Layout of the nodes of a basis on a grid.
+//! Layout of the nodes of a basis on a grid. \param extra layers of nodes
+//! beyond those that a particle in the box sees
 template <class Basis, int Dim>
-NodeLayout<Dim> nodeLayout( const Grid<Dim>& grid )
+NodeLayout<Dim> nodeLayout( const Grid<Dim>& grid, const int extra = 0 )
 {
-    return NodeLayout<Dim>( grid, Basis::centred, Basis::halo );
+    return NodeLayout<Dim>( grid, Basis::centred, Basis::halo + extra );
 }
 
 /*!
   \brief The nodes that a particle sees, with their one-dimensional weights.
 
-  The weight of node (k_0, k_1, ...) is the product of w[d][k_d].
+  The weight of node (k_0, k_1, ...) is the product of w[d][k_d]. A place up to
+  `beyond` cells outside the box sees nodes of the halo, which must be wider by
+  as much.
 */
 template <class Basis, int Dim>
 struct Stencil
@@ -146,13 +167,13 @@ struct Stencil
 
     KOKKOS_INLINE_FUNCTION Stencil( const Grid<Dim>& grid,
                                     const NodeLayout<Dim>& layout,
-                                    const Vector<Dim>& x )
+                                    const Vector<Dim>& x, const int beyond = 0 )
         : base( 0 )
     {
         for ( int d = 0; d < Dim; ++d )
         {
             const Real h = grid.spacing[d];
-            const int c = grid.cell( x[d], d );
+            const int c = grid.cell( x[d], d, beyond );
             const Real f = ( x[d] - grid.lower[d] ) / h - c;
             fraction[d] = f;
             Basis::weights( f, w[d] );
@@ -226,6 +247,129 @@ KOKKOS_FORCEINLINE_FUNCTION void forEachNode( const Stencil<Basis, Dim>& s,
                 visit( node );
             }
         }
+}
+
+/*!
+  \brief Weights of the places halfway between nodes: B-splines of one degree
+  less, whose differences are the gradients of the node weights,
+  h dw_k = c_{k-1} - c_k.
+*/
+template <class Basis, int Dim>
+struct HalfwayWeights
+{
+    static constexpr int places = Basis::nodes - 1; //!< along one axis
+    Real c[Dim][places];                            //!< weights
+    Real dc[Dim][places];                           //!< derivatives times h
+
+    KOKKOS_INLINE_FUNCTION HalfwayWeights( const Grid<Dim>& grid,
+                                           const Stencil<Basis, Dim>& s )
+    {
+        for ( int d = 0; d < Dim; ++d )
+        {
+            Real sum = 0;
+            for ( int k = 0; k < places; ++k )
+            {
+                sum -= s.dw[d][k] * grid.spacing[d];
+                c[d][k] = sum;
+            }
+            Basis::halfwayGradients( s.fraction[d], dc[d] );
+        }
+    }
+};
+
+//! One face of a stencil, as seen by the particle.
+struct StencilFace
+{
+    int axis;    //!< it lies between the node of its row and the next along it
+    int row;     //!< row in a NodeView
+    Real weight; //!< w^axis_f
+    Real slope;  //!< h dw/dx along the axis
+};
+
+//! One cell of a stencil: the place halfway to the next node along every axis.
+template <int Dim>
+struct StencilCell
+{
+    int row;        //!< row in a NodeView
+    Real weight;    //!< product of halfway weights
+    Vector<Dim> dx; //!< x_c - x_p, length
+};
+
+namespace Impl
+{
+//! The faces between neighbours along one axis.
+template <int Axis, class Basis, int Dim, class Visitor>
+KOKKOS_FORCEINLINE_FUNCTION void
+forEachFaceAlong( const Stencil<Basis, Dim>& s,
+                  const HalfwayWeights<Basis, Dim>& halfway,
+                  const NodeLayout<Dim>& layout, const Visitor& visit )
+{
+    constexpr int n = Basis::nodes;
+    constexpr int places = n - 1;
+    // The other axes, of which there may be none.
+    constexpr int b = Axis == 0 ? 1 : 0;
+    constexpr int c = Axis == 2 ? 1 : 2;
+    for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
+        for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
+        {
+            Real across = 1;
+            int row = s.base;
+            if constexpr ( Dim > 1 )
+            {
+                across = s.w[b][j];
+                row += j * layout.stride[b];
+            }
+            if constexpr ( Dim > 2 )
+            {
+                across *= s.w[c][k];
+                row += k * layout.stride[c];
+            }
+            for ( int i = 0; i < places; ++i )
+                visit( StencilFace{ Axis, row + i * layout.stride[Axis],
+                                    across * halfway.c[Axis][i],
+                                    across * halfway.dc[Axis][i] } );
+        }
+}
+} // namespace Impl
+
+//! Calls visit(StencilFace) for every face of a stencil.
+template <class Basis, int Dim, class Visitor>
+KOKKOS_FORCEINLINE_FUNCTION void
+forEachFace( const Stencil<Basis, Dim>& s,
+             const HalfwayWeights<Basis, Dim>& halfway,
+             const NodeLayout<Dim>& layout, const Visitor& visit )
+{
+    Impl::forEachFaceAlong<0>( s, halfway, layout, visit );
+    if constexpr ( Dim > 1 )
+        Impl::forEachFaceAlong<1>( s, halfway, layout, visit );
+    if constexpr ( Dim > 2 )
+        Impl::forEachFaceAlong<2>( s, halfway, layout, visit );
+}
+
+//! Calls visit(StencilCell) for every cell of a stencil.
+template <class Basis, int Dim, class Visitor>
+KOKKOS_FORCEINLINE_FUNCTION void
+forEachCell( const Grid<Dim>& grid, const Stencil<Basis, Dim>& s,
+             const HalfwayWeights<Basis, Dim>& halfway,
+             const NodeLayout<Dim>& layout, const Visitor& visit )
+{
+    constexpr int places = Basis::nodes - 1;
+    constexpr int ny = Dim > 1 ? places : 1;
+    constexpr int nz = Dim > 2 ? places : 1;
+    for ( int k = 0; k < nz; ++k )
+        for ( int j = 0; j < ny; ++j )
+            for ( int i = 0; i < places; ++i )
+            {
+                const int at[3] = { i, j, k };
+                StencilCell<Dim> cell{ s.base, 1, {} };
+                for ( int d = 0; d < Dim; ++d )
+                {
+                    cell.row += at[d] * layout.stride[d];
+                    cell.weight *= halfway.c[d][at[d]];
+                    cell.dx[d] = s.dx[d][at[d]] + 0.5 * grid.spacing[d];
+                }
+                visit( cell );
+            }
 }
 
 } // namespace Machpoint

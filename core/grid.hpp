@@ -30,13 +30,16 @@ struct Grid
             spacing[d] = ( upper[d] - lower[d] ) / cells[d];
     }
 
-    //! Cell of a position along one axis, clamped to the box, so that a
-    //! particle exactly on the upper side still has a cell.
-    KOKKOS_INLINE_FUNCTION int cell( const Real x, const int d ) const
+    //! Cell of a position along one axis, clamped to the box and `beyond`
+    //! cells around it, so that a particle exactly on the upper side still has
+    //! a cell.
+    KOKKOS_INLINE_FUNCTION int cell( const Real x, const int d,
+                                     const int beyond = 0 ) const
     {
         const int c =
             static_cast<int>( Kokkos::floor( ( x - lower[d] ) / spacing[d] ) );
-        return c < 0 ? 0 : ( c >= cells[d] ? cells[d] - 1 : c );
+        const int last = cells[d] - 1 + beyond;
+        return c < -beyond ? -beyond : ( c > last ? last : c );
     }
 
     //! Flat cell number, x fastest. \param x position [Dim].

@@ -37,11 +37,14 @@ enum class Parity : int
     force     //!< component of a force: the gradient of a mirrored scalar
 };
 
-//! A component of a node field: what it is, and along which axis.
+//! A component of a node field: what it is, along which axis, and where. A
+//! field on faces or cells keeps in node i's row the value halfway to node
+//! i + 1 along each axis of the set `staggered`.
 struct NodeComponent
 {
     Parity parity = Parity::scalar;
     int axis = 0;
+    int staggered = 0; //!< bit d: halfway to the next node along axis d
 };
 
 //! Sign of the image of a component across a side with normal `axis`.
@@ -221,45 +224,48 @@ class Halo
         const auto upper_kind = _kinds[2 * axis + 1];
         const int halo = layout.halo;
         const int vertex = layout.centred ? 0 : 1;
-        const int last = layout.owned[axis] - 1;
-        const int period = layout.owned[axis] - vertex;
+        const int cells = layout.owned[axis] - vertex;
+        const int end = layout.owned[axis] + halo;
         if ( halo == 0 && vertex == 0 )
             return;
         Kokkos::parallel_for(
             label, Range( 0, sideSize( layout, axis ) ),
             KOKKOS_LAMBDA( const int t ) {
-                auto i = sideNode( layout, axis, t );
-                const int origin = layout( i );
+                const int origin = layout( sideNode( layout, axis, t ) );
                 const int stride = layout.stride[axis];
-                auto image =
-                    [&]( const int node, const int of, const SideKind kind )
-                {
-                    for ( int c = 0; c < static_cast<int>( N ); ++c )
-                        apply( field, origin + node * stride,
-                               origin + of * stride, c,
-                               imageSign( kind, components[c], axis ) );
-                };
                 const auto lower = lower_kind( t );
                 const auto upper = upper_kind( t );
-                // Periodic vertices: the last owned node repeats the first.
-                if ( lower == SideKind::periodic )
+                for ( int c = 0; c < static_cast<int>( N ); ++c )
                 {
-                    for ( int k = 1 - vertex; k <= halo; ++k )
-                        image( last + k, last + k - period, lower );
-                    for ( int k = 1; k <= halo; ++k )
-                        image( -k, period - k, lower );
-                    return;
-                }
-                for ( int k = 1; k <= halo; ++k )
-                {
-                    image( -k, k - 1 + vertex, lower );
-                    image( last + k, last + 1 - k - vertex, upper );
-                }
-                // A vertex on the wall is its own image.
-                if ( vertex == 1 && Operation::self_image )
-                {
-                    image( 0, 0, lower );
-                    image( last, last, upper );
+                    auto image =
+                        [&]( const int i, const int of, const SideKind kind )
+                    {
+                        apply( field, origin + i * stride, origin + of * stride,
+                               c, imageSign( kind, components[c], axis ) );
+                    };
+                    // Row i stands at (2 i + shift) h / 2 from the lower side.
+                    const int shift =
+                        1 - vertex + ( components[c].staggered >> axis & 1 );
+                    const int first = -( shift / 2 ); // at or beyond the side
+                    if ( lower == SideKind::periodic )
+                    {
+                        for ( int i = first + cells; i < end; ++i )
+                            image( i, i - cells, lower );
+                        for ( int i = -halo; i < first; ++i )
+                            image( i, i + cells, lower );
+                        continue;
+                    }
+                    // A row on the side is its own image.
+                    const int on_side = shift % 2 == 0 ? 1 : 0;
+                    for ( int i = -halo; i < first; ++i )
+                        image( i, -i - shift, lower );
+                    for ( int i = first + cells + on_side; i < end; ++i )
+                        image( i, 2 * cells - i - shift, upper );
+                    if ( on_side == 1 && Operation::self_image )
+                    {
+                        image( first, first, lower );
+                        image( first + cells, first + cells, upper );
+                    }
                 }
             } );
     }

@@ -6,7 +6,7 @@
 #ifndef MACHPOINT_METHOD_APIC_HPP
 #define MACHPOINT_METHOD_APIC_HPP
 
-#include <core/transfer.hpp>
+#include <core/method_defaults.hpp>
 
 namespace Machpoint
 {
@@ -132,7 +132,7 @@ void gridToParticlesApic( const State<Dim>& state )
 } // namespace Impl
 
 //! The `apic` method: what differs between methods within a step.
-struct Apic
+struct Apic : MethodDefaults
 {
     static constexpr const char* name = "apic";
     static constexpr const char* summary =
@@ -144,8 +144,15 @@ struct Apic
     template <int Dim>
     struct Storage
     {
-        explicit Storage( const State<Dim>& ) {}
+        Storage( const State<Dim>&, const Json& ) {}
     };
+
+    //! Lines 2 to 4.
+    template <class Basis, int Dim>
+    static void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
+    {
+        Machpoint::particlesToGrid<Basis, affine>( state, scatter );
+    }
 
     //! Lines 6 to 10: everything from the new node velocities to the new
     //! particles, positions included. \param constrain applies boundaries to

@@ -7,7 +7,7 @@
 #ifndef MACHPOINT_METHOD_PAPER_HPP
 #define MACHPOINT_METHOD_PAPER_HPP
 
-#include <core/transfer.hpp>
+#include <core/method_defaults.hpp>
 
 namespace Machpoint
 {
@@ -140,7 +140,7 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
 } // namespace Impl
 
 //! The `paper` method: what differs between methods within a step.
-struct Paper
+struct Paper : MethodDefaults
 {
     static constexpr const char* name = "paper";
     static constexpr const char* summary =
@@ -148,6 +148,8 @@ struct Paper
         "density 9c";
     static constexpr const char* default_basis = "linear";
     static constexpr bool affine = false;
+    //! 9b can take more energy than there is.
+    static constexpr bool positive_energy = false;
 
     //! The second grid velocity.
     template <int Dim>
@@ -155,12 +157,19 @@ struct Paper
     {
         NodeView velocity;
         NodeScatter scatter;
-        explicit Storage( const State<Dim>& state )
+        Storage( const State<Dim>& state, const Json& )
             : velocity( "Machpoint::secondVelocity", state.layout.total, Dim ),
               scatter( makeScatter( velocity ) )
         {
         }
     };
+
+    //! Lines 2 to 4.
+    template <class Basis, int Dim>
+    static void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
+    {
+        Machpoint::particlesToGrid<Basis, affine>( state, scatter );
+    }
 
     //! Lines 6 to 10. \param constrain applies boundaries (eq. 7) to a node
     //! velocity

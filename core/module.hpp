@@ -8,6 +8,7 @@
 #define MACHPOINT_MODULE_HPP
 
 #include <core/halo.hpp>
+#include <core/images.hpp>
 #include <core/parameters.hpp>
 #include <core/particles.hpp>
 #include <core/placement.hpp>
@@ -30,8 +31,8 @@ struct Ledger
 template <int Dim>
 struct Nodes
 {
-    NodeView moments;    //!< mass, momentum [Dim], force [Dim]
-    NodeView velocities; //!< v_i [Dim], v'_i [Dim]
+    NodeView moments;    //!< mass, momentum [Dim], force [Dim], and more
+    NodeView velocities; //!< v_i [Dim], v'_i [Dim], and more
 };
 
 /*!
@@ -47,14 +48,21 @@ struct State
     Halo<Dim> halo;
     Particles<Dim> particles;
     Nodes<Dim> nodes;
+    Images<Dim> images; //!< of the particles near curved walls, this step
+    //! Rates of the grid velocity at the particles; null where the method
+    //! knows only the gradient that a particle carries.
+    Sidecar<RateMembers>* rates = nullptr;
     Ledger ledger;
     Placement placement = Placement::lattice;
     int per_cell = 1;       //!< particles per cell
     std::uint64_t seed = 1; //!< of all random draws
     Real time = 0;          //!< at the start of the step
-    Real dt = 0;            //!< of the step
+    Real dt = 0;            //!< of the step, before it of the last one
     Real cfl = 0;           //!< Courant number
     std::int64_t step = 0;  //!< steps done
+    //! Next id of a particle that is made of another one; beyond all ids of
+    //! initial states and inflows.
+    std::int64_t next_id = std::int64_t( 1 ) << 60;
 };
 
 //! A velocity on the nodes, as a boundary sees it.
@@ -101,8 +109,12 @@ class Module
     {
         return Kokkos::Experimental::infinity_v<Real>;
     }
+    //! Appends the mirror images of particles that it calls for.
+    virtual void mirrorParticles( State<Dim>& ) {}
     //! Adds to the force on nodes before the halo is folded.
     virtual void gridForce( State<Dim>& ) {}
+    //! Adds a viscous pressure, from state.rates, to that of the particles.
+    virtual void viscousPressure( State<Dim>& ) {}
     //! Constrains a velocity on the owned nodes: once v, once v', and where
     //! the method has one, a velocity that only serves as a gradient. A wall
     //! that moves with u does the work impulse . u, exactly if it holds the
@@ -128,6 +140,8 @@ class Module
     virtual bool isOpen() const { return false; }
     //! Does it act on the gas from outside, so that momentum changes?
     virtual bool exertsForce() const { return false; }
+    //! The step is repeated from its start: forget what it contributed.
+    virtual void rejectStep( State<Dim>& ) {}
     //! Time series to be written with the output.
     virtual const Series* series() const { return nullptr; }
 };
@@ -145,6 +159,15 @@ class EquationOfState : public Module<Dim>
     //! \param density, pressure of the gas \return energy per mass
     virtual Real specificInternalEnergy( Real density,
                                          Real pressure ) const = 0;
+    /*!
+      \brief Pressures after `time` of isentropic change, plus viscous heat.
+
+      With J = max(.2, 1 + time D), D and q from state.rates (Expansion and
+      ViscousPressure) and rho D' that of Divergence:
+      pressure = p(rho / J, e_s - time q D' / rho) + q, where e_s is the energy
+      on the isentrope. On entry pressure = p(rho, e) + q.
+    */
+    virtual void advancePressure( State<Dim>&, Real time ) = 0;
 };
 
 //! Vector from a resolved input array. \param json [Dim] numbers

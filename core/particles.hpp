@@ -52,6 +52,10 @@ class SidecarBase
     //! Copies entry from(k) onto entry to(k) for k < count.
     virtual void move( const IndexList& from, const IndexList& to,
                        int count ) = 0;
+    //! Keeps a copy of all entries.
+    virtual void save() = 0;
+    //! Returns to the copy.
+    virtual void restore() = 0;
     //! Bytes held.
     virtual std::size_t bytes() const = 0;
 };
@@ -79,6 +83,14 @@ void resizeWithSlack( AoSoA& aosoa, const std::size_t n )
         aosoa.reserve( n + n / 4 );
     aosoa.resize( n );
 }
+
+//! Copies particles, their number included.
+template <class AoSoA>
+void copyParticles( AoSoA& to, const AoSoA& from )
+{
+    resizeWithSlack( to, from.size() );
+    Cabana::deep_copy( to, from );
+}
 } // namespace Impl
 
 //! A sidecar with the given members (Cabana::MemberTypes).
@@ -89,7 +101,8 @@ class Sidecar : public SidecarBase
     using aosoa_type = Cabana::AoSoA<Members, MemorySpace>;
 
     //! \param label what the memory is called in a profile
-    Sidecar( const std::string& label, const std::size_t n ) : _aosoa( label )
+    Sidecar( const std::string& label, const std::size_t n )
+        : _aosoa( label ), _saved( label )
     {
         resize( n );
     }
@@ -114,15 +127,33 @@ class Sidecar : public SidecarBase
     {
         Impl::moveTuples( _aosoa, from, to, count );
     }
+    void save() override { Impl::copyParticles( _saved, _aosoa ); }
+    void restore() override { Impl::copyParticles( _aosoa, _saved ); }
     std::size_t bytes() const override
     {
-        return _aosoa.numSoA() * sizeof( typename aosoa_type::soa_type );
+        return ( _aosoa.numSoA() + _saved.numSoA() ) *
+               sizeof( typename aosoa_type::soa_type );
     }
     //! The data, for slices.
     aosoa_type& data() { return _aosoa; }
 
   private:
     aosoa_type _aosoa;
+    aosoa_type _saved;
+};
+
+//! What a method that forms the grid's divergence anew tells the effects of
+//! it, one entry per particle; zero for a particle that has just entered.
+using RateMembers = Cabana::MemberTypes<Real, Real, Real, Real, Real>;
+
+//! Names of the members of the rates.
+enum RateMember : std::size_t
+{
+    Divergence,      //!< D = div v(x_p) of the grid velocity, 1/time
+    Expansion,       //!< the same, of normalised volume, 1/time
+    Limiter,         //!< phi in [0, 1]: 0 where the flow is smooth
+    ViscousPressure, //!< q, pressure
+    ViscousSpeed     //!< phi (c1 c + c2 h |D|), length/time
 };
 
 //! The particles of one material.
@@ -132,7 +163,9 @@ class Particles
   public:
     using aosoa_type = Cabana::AoSoA<ParticleMembers<Dim>, MemorySpace>;
 
-    Particles() : _aosoa( "Machpoint::particles" ) {}
+    Particles() : _aosoa( "Machpoint::particles" ), _saved( "Machpoint::saved" )
+    {
+    }
 
     //! Number of particles.
     int size() const { return static_cast<int>( _aosoa.size() ); }
@@ -218,13 +251,30 @@ class Particles
         resize( kept );
     }
 
-    //! Bytes that one particle takes, sidecars included.
+    //! Keeps a copy of all particles and sidecars.
+    void save()
+    {
+        Impl::copyParticles( _saved, _aosoa );
+        for ( auto& sidecar : _sidecars )
+            sidecar->save();
+    }
+    //! Returns to the copy.
+    void restore()
+    {
+        Impl::copyParticles( _aosoa, _saved );
+        for ( auto& sidecar : _sidecars )
+            sidecar->restore();
+    }
+    //! The copy.
+    const aosoa_type& saved() const { return _saved; }
+
+    //! Bytes that one particle takes, sidecars and copies included.
     Real bytesPerParticle() const
     {
         if ( size() == 0 )
             return 0;
-        std::size_t bytes =
-            _aosoa.numSoA() * sizeof( typename aosoa_type::soa_type );
+        std::size_t bytes = ( _aosoa.numSoA() + _saved.numSoA() ) *
+                            sizeof( typename aosoa_type::soa_type );
         for ( const auto& sidecar : _sidecars )
             bytes += sidecar->bytes();
         return static_cast<Real>( bytes ) / size();
@@ -232,6 +282,7 @@ class Particles
 
   private:
     aosoa_type _aosoa;
+    aosoa_type _saved;
     std::vector<std::unique_ptr<SidecarBase>> _sidecars;
 };
 

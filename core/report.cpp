@@ -174,7 +174,7 @@ Json makeSummary( const Simulation& simulation, const Json& input,
                         { "min_specific_internal_energy",
                           extrema.min_specific_internal_energy },
                         { "max_mach", extrema.max_mach } };
-    json["retries"] = 0;
+    json["retries"] = simulation.retries();
     json["effects"] = Json::array();
     for ( const auto& e : Profile::effects() )
         json["effects"].push_back( { { "name", e.name },

@@ -261,10 +261,6 @@ Scene<Dim> makeScene( const Json& input, const Grid<Dim>& grid,
     for ( const auto& active : scene.modules )
         scene.is_open = scene.is_open || active.module->isOpen();
     state.halo = makeHalo( scene, layout );
-    state.nodes.moments =
-        NodeView( "Machpoint::moments", layout.total, 1 + 2 * Dim );
-    state.nodes.velocities =
-        NodeView( "Machpoint::velocities", layout.total, 2 * Dim );
     placeParticles( input, scene );
     return scene;
 }

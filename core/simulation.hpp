@@ -66,7 +66,8 @@ class Simulation
   public:
     virtual ~Simulation() = default;
 
-    //! One time step, not beyond `until`. \throws NumericalFailure
+    //! One time step, not beyond `until`. \throws NumericalFailure; the state
+    //! is then the last good one
     virtual void step( Real until ) = 0;
 
     virtual int dimension() const = 0;
@@ -80,6 +81,8 @@ class Simulation
 
     virtual Totals totals() const = 0;
     virtual const Extrema& extrema() const = 0;
+    //! Steps that were rejected and repeated with half the time step.
+    virtual std::int64_t retries() const = 0;
     virtual const Ledger& ledger() const = 0;
     virtual bool isOpen() const = 0;
     //! Is momentum along this axis free of walls and obstacles?

@@ -6,11 +6,14 @@
 #define MACHPOINT_STEPPER_HPP
 
 #include <core/method_apic.hpp>
+#include <core/method_conservative.hpp>
 #include <core/method_paper.hpp>
 #include <core/profile.hpp>
 #include <core/sampling.hpp>
 #include <core/scene.hpp>
 #include <core/time_step.hpp>
+
+#include <cmath>
 
 namespace Machpoint
 {
@@ -23,7 +26,7 @@ constexpr Real start_up_factor = 0.2;
 /*!
   \brief One scene, advanced by one method on one basis.
 
-  \tparam Method Paper or Apic: whether P2G is affine, and G2P.
+  \tparam Method Paper, Apic or Conservative: what differs within a step.
 */
 template <int Dim, class Basis, class Method>
 class Stepper : public Simulation
@@ -35,46 +38,26 @@ class Stepper : public Simulation
     {
     }
 
-    //! Algorithm 1 of Baioni et al. 2023; docs/method.md has the equations.
+    /*!
+      Algorithm 1 of Baioni et al. 2023 (docs/method.md); `conservative` adds
+      to it (docs/conservative.md). A step that breaks the gas is repeated from
+      its start with half the time step.
+    */
     void step( const Real until ) override
     {
-        auto& state = _scene.state;
-        each( "particle state", &Module<Dim>::particleState ); // 1
-        chooseTimeStep( until );
-        if ( state.step % _sort_every == 0 )
-            sortParticles();
+        prepare();
+        for ( Real part = 1;; part /= 2 )
         {
-            Profile::Phase phase( "P2G" );
-            particlesToGrid<Basis, Method::affine>( state, _scatter ); // 2-4
+            chooseTimeStep( until, part );
+            advance();
+            const auto fault = findFault();
+            if ( fault.particle < 0 )
+                break;
+            reject( fault, part );
         }
-        each( "grid force", &Module<Dim>::gridForce );
-        {
-            Profile::Phase phase( "grid" );
-            state.halo.fold( state.nodes.moments, momentComponents<Dim>() );
-            gridVelocity( state );
-        }
-        // FLIP takes up only v' - v, so there v alone gives no impulse.
-        constrain( { state.nodes.velocities, 0, Method::affine } ); // eq. 7
-        {
-            Profile::Phase phase( "grid" );
-            advanceGridVelocity( state ); // 5
-        }
-        constrain( { state.nodes.velocities, Dim } ); // eq. 7
-        {
-            Profile::Phase phase( "grid" );
-            state.halo.fill( state.nodes.velocities,
-                             vectorComponents<Dim, 2>( Parity::velocity ) );
-        }
-        each( "grid work", &Module<Dim>::gridWork );
-        {
-            Profile::Phase phase( "G2P" );
-            Method::template gridToParticles<Basis, Dim>( // 6-10
-                state, _storage,
-                [this]( const GridVelocity& v ) { constrain( v ); } );
-        }
-        each( "particle source", &Module<Dim>::particleSource );
         applyBoundaries();
         each( "inject", &Module<Dim>::inject );
+        auto& state = _scene.state;
         state.time =
             state.dt >= until - state.time ? until : state.time + state.dt;
         ++state.step;
@@ -98,6 +81,7 @@ class Stepper : public Simulation
         return sumParticles<Basis, Method>( _scene.state );
     }
     const Extrema& extrema() const override { return _extrema; }
+    std::int64_t retries() const override { return _retries; }
     const Ledger& ledger() const override { return _scene.state.ledger; }
     bool isOpen() const override { return _scene.is_open; }
     bool conservesMomentum( const int axis ) const override
@@ -128,14 +112,126 @@ class Stepper : public Simulation
 
   private:
     Stepper( const Json& input, const Grid<Dim>& grid )
-        : _scene( makeScene<Dim>( input, grid, nodeLayout<Basis>( grid ) ) ),
-          _storage( _scene.state ),
-          _scatter( makeScatter( _scene.state.nodes.moments ) ),
-          _sort_every( input.at( "particles" ).at( "sort_every" ) )
+        : _scene( makeScene<Dim>(
+              input, grid, nodeLayout<Basis>( grid, Method::extra_halo ) ) ),
+          _scatter( makeScatter( makeNodes() ) ),
+          _storage( _scene.state, input ),
+          _sort_every( input.at( "particles" ).at( "sort_every" ) ),
+          _most_retries( input.at( "time" ).at( "retries" ) )
     {
         each( "set-up", &Module<Dim>::initialize );
         each( "set-up", &Module<Dim>::particleState );
         survey();
+    }
+
+    //! Allocates the node fields. \return those that particles add to
+    NodeView makeNodes()
+    {
+        auto& state = _scene.state;
+        const int total = state.layout.total;
+        state.nodes.moments = NodeView( "Machpoint::moments", total,
+                                        Method::template moment_columns<Dim> );
+        state.nodes.velocities =
+            NodeView( "Machpoint::velocities", total,
+                      Method::template velocity_columns<Dim> );
+        return state.nodes.moments;
+    }
+
+    //! All that comes before the choice of dt: rearranged, sorted and checked
+    //! particles, and a copy of them to return to.
+    void prepare()
+    {
+        auto& state = _scene.state;
+        {
+            Profile::Phase phase( "prepare" );
+            Method::template prepare<Basis>( state, _storage, *_scene.gas );
+        }
+        if ( state.step % _sort_every == 0 )
+            sortParticles();
+        each( "particle state", &Module<Dim>::particleState ); // 1
+        Profile::Phase phase( "guard" );
+        _survey = survey();
+        if ( _most_retries > 0 )
+        {
+            state.particles.save();
+            _saved_ledger = state.ledger;
+        }
+    }
+
+    //! Lines 2 to 10: from particles to particles, sides not yet applied.
+    void advance()
+    {
+        auto& state = _scene.state;
+        state.images.count = 0;
+        each( "images", &Module<Dim>::mirrorParticles );
+        {
+            Profile::Phase phase( "P2G" );
+            Method::template particlesToGrid<Basis>( state, _scatter ); // 2-4
+        }
+        each( "grid force", &Module<Dim>::gridForce );
+        {
+            Profile::Phase phase( "grid" );
+            state.halo.fold( state.nodes.moments,
+                             Method::template momentComponents<Dim>() );
+            gridVelocity( state );
+        }
+        // FLIP takes up only v' - v, so there v alone gives no impulse.
+        constrain( { state.nodes.velocities, 0, Method::affine } ); // eq. 7
+        {
+            Profile::Phase phase( "stress" );
+            Method::template stressForce<Basis>(
+                state, _storage, *_scene.gas,
+                [this]
+                { each( "viscosity", &Module<Dim>::viscousPressure ); } );
+        }
+        {
+            Profile::Phase phase( "grid" );
+            advanceGridVelocity( state ); // 5
+        }
+        constrain( { state.nodes.velocities, Dim } ); // eq. 7
+        {
+            Profile::Phase phase( "grid" );
+            state.halo.fill( state.nodes.velocities,
+                             Method::template velocityComponents<Dim>() );
+        }
+        each( "grid work", &Module<Dim>::gridWork );
+        {
+            Profile::Phase phase( "G2P" );
+            Method::template gridToParticles<Basis>( // 6-10
+                state, _storage,
+                [this]( const GridVelocity& v ) { constrain( v ); } );
+        }
+        each( "particle source", &Module<Dim>::particleSource );
+    }
+
+    Fault findFault()
+    {
+        if ( _most_retries == 0 )
+            return {};
+        Profile::Phase phase( "guard" );
+        return Machpoint::findFault( _scene.state, Method::positive_energy );
+    }
+
+    //! Returns to the start of the step. \throws NumericalFailure when a
+    //! shorter step has been tried often enough
+    void reject( const Fault& fault, const Real part )
+    {
+        auto& state = _scene.state;
+        const auto failure = describeFailure( state, fault );
+        restore();
+        if ( part * std::ldexp( 1.0, _most_retries ) < 1.5 )
+            throw failure;
+        ++_retries;
+        each( "particle state", &Module<Dim>::particleState );
+    }
+
+    void restore()
+    {
+        auto& state = _scene.state;
+        state.particles.restore();
+        state.ledger = _saved_ledger;
+        for ( auto& active : _scene.modules )
+            active.module->rejectStep( state );
     }
 
     //! Calls a hook of every module, in the order of the input.
@@ -176,7 +272,14 @@ class Stepper : public Simulation
     {
         const auto found = surveyParticles( _scene.state );
         if ( found.broken >= 0 )
-            throw describeFailure( _scene.state, found.broken );
+        {
+            const auto failure = describeFailure(
+                _scene.state, { found.broken, FaultKind::not_finite } );
+            // A boundary or a source broke the gas after the step's check.
+            if ( _most_retries > 0 && _scene.state.step > 0 )
+                restore();
+            throw failure;
+        }
         _extrema.min_density =
             std::min( _extrema.min_density, found.extrema.min_density );
         _extrema.min_specific_internal_energy =
@@ -188,15 +291,15 @@ class Stepper : public Simulation
     }
 
     //! dt = CFL h / max(c + |v|), or less where an effect asks for it.
-    void chooseTimeStep( const Real until )
+    //! \param part of it, for a step that is repeated
+    void chooseTimeStep( const Real until, const Real part )
     {
         Profile::Phase phase( "time step" );
         auto& state = _scene.state;
-        const Real fastest = survey().fastest;
         Real dt = Kokkos::Experimental::infinity_v<Real>;
-        if ( fastest > 0 )
+        if ( _survey.fastest > 0 )
         {
-            dt = state.cfl * state.grid.minSpacing() / fastest;
+            dt = state.cfl * state.grid.minSpacing() / _survey.fastest;
             _limiter = "wave speed";
         }
         for ( auto& active : _scene.modules )
@@ -211,11 +314,16 @@ class Stepper : public Simulation
         }
         if ( state.step < start_up_steps )
             dt *= start_up_factor;
+        if ( part < 1 )
+        {
+            dt *= part;
+            _limiter = "a repeated step";
+        }
         if ( !( dt > 1e-14 * ( until - state.time ) ) )
             throw NumericalFailure( fmt::format(
                 "the time step fell to {:.3g} at step {}, t = {:.8g}, limited "
                 "by {}; the run would not end: look for a particle that is "
-                "hot or fast beyond reason, or try method.name = apic",
+                "hot or fast beyond reason",
                 dt, state.step, state.time, _limiter ) );
         if ( dt >= until - state.time )
         {
@@ -256,9 +364,13 @@ class Stepper : public Simulation
 
   private:
     Scene<Dim> _scene;
-    typename Method::template Storage<Dim> _storage;
     NodeScatter _scatter;
+    typename Method::template Storage<Dim> _storage;
     int _sort_every;
+    int _most_retries;
+    std::int64_t _retries = 0;
+    ParticleSurvey _survey;
+    Ledger _saved_ledger;
     IndexList _keys;
     std::string _limiter;
     Extrema _extrema;

@@ -64,13 +64,85 @@ ParticleSurvey surveyParticles( const State<Dim>& state )
     return survey;
 }
 
-//! Says which particle broke, where and when. \param p its number
+//! What can be wrong with a particle after a step, the worst last.
+enum class FaultKind : int
+{
+    none,
+    moved_too_far,   //!< more than a cell
+    negative_energy, //!< specific internal energy
+    no_volume,       //!< so density is not positive
+    not_finite
+};
+
+//! A particle that a step broke; none when particle is negative.
+struct Fault
+{
+    int particle = -1;
+    FaultKind kind = FaultKind::none;
+
+    //! Keeps the worst fault, of equal ones that of the largest number, so
+    //! that the answer is the same on any backend.
+    KOKKOS_INLINE_FUNCTION Fault& operator+=( const Fault& other )
+    {
+        if ( other.kind > kind ||
+             ( other.kind == kind && other.particle > particle ) )
+            *this = other;
+        return *this;
+    }
+};
+
+/*!
+  \brief The check after a step: finite, positive volume and energy, no
+  particle moved by more than a cell since Particles::save.
+  \param positive_energy is a negative energy a fault?
+*/
 template <int Dim>
-NumericalFailure describeFailure( const State<Dim>& state, const int p )
+Fault findFault( const State<Dim>& state, const bool positive_energy )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto old_x = Cabana::slice<Position>( state.particles.saved() );
+    const auto spacing = state.grid.spacing;
+    Fault fault;
+    Kokkos::parallel_reduce(
+        "Machpoint::findFault", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p, Fault& worst ) {
+            // Written so that a NaN is caught too.
+            bool finite = Kokkos::abs( e( p ) ) < 1e300 && V( p ) < 1e300;
+            bool near = true;
+            for ( int d = 0; d < Dim; ++d )
+            {
+                const Real moved = Kokkos::abs( x( p, d ) - old_x( p, d ) );
+                finite =
+                    finite && moved < 1e300 && Kokkos::abs( v( p, d ) ) < 1e150;
+                near = near && moved <= spacing[d];
+            }
+            Fault own{ p, FaultKind::none };
+            if ( !finite )
+                own.kind = FaultKind::not_finite;
+            else if ( !( V( p ) > 0 ) )
+                own.kind = FaultKind::no_volume;
+            else if ( positive_energy && !( e( p ) > 0 ) )
+                own.kind = FaultKind::negative_energy;
+            else if ( !near )
+                own.kind = FaultKind::moved_too_far;
+            if ( own.kind != FaultKind::none )
+                worst += own;
+        },
+        fault );
+    return fault;
+}
+
+//! Says what is wrong with which particle, where and when, and what to try.
+template <int Dim>
+NumericalFailure describeFailure( const State<Dim>& state, const Fault& fault )
 {
     using tuple_type = typename Particles<Dim>::aosoa_type::tuple_type;
     Kokkos::View<tuple_type, MemorySpace> tuple( "Machpoint::brokenParticle" );
     const auto aosoa = state.particles.data();
+    const int p = fault.particle;
     Kokkos::parallel_for(
         "Machpoint::describeFailure", Range( 0, 1 ),
         KOKKOS_LAMBDA( const int ) { tuple() = aosoa.getTuple( p ); } );
@@ -84,13 +156,19 @@ NumericalFailure describeFailure( const State<Dim>& state, const int p )
         velocity += fmt::format( "{}{:.6g}", d ? ", " : "",
                                  Cabana::get<Velocity>( host(), d ) );
     }
+    const char* what =
+        fault.kind == FaultKind::not_finite  ? "a value that is not finite"
+        : fault.kind == FaultKind::no_volume ? "no positive volume"
+        : fault.kind == FaultKind::negative_energy
+            ? "no positive specific internal energy"
+            : "moved by more than a cell";
     return NumericalFailure( fmt::format(
-        "the gas broke down at step {}, t = {:.8g}: particle {} at ({}) has "
-        "volume {:.6g}, specific internal energy {:.6g}, velocity ({}), sound "
-        "speed {:.6g}; try a smaller time.cfl, artificial_viscosity, or "
-        "method.name = apic",
-        state.step, state.time, Cabana::get<Id>( host() ), place,
-        Cabana::get<Volume>( host() ),
+        "the gas broke down at step {}, t = {:.8g}, dt = {:.3g}: particle {} "
+        "at ({}) has {}: volume {:.6g}, specific internal energy {:.6g}, "
+        "velocity ({}), sound speed {:.6g}; try a smaller time.cfl, more cells "
+        "where the gas thins out, artificial_viscosity, or another method.name",
+        state.step, state.time, state.dt, Cabana::get<Id>( host() ), place,
+        what, Cabana::get<Volume>( host() ),
         Cabana::get<SpecificInternalEnergy>( host() ), velocity,
         Cabana::get<SoundSpeed>( host() ) ) );
 }

@@ -7,6 +7,7 @@
 #include <core/basis.hpp>
 #include <core/exact.hpp>
 #include <core/method_apic.hpp>
+#include <core/method_conservative.hpp>
 #include <core/method_paper.hpp>
 #include <core/output.hpp>
 #include <core/registry.hpp>
@@ -58,7 +59,8 @@ std::vector<Section> catalogue()
                  find( "time" ), find( "output" ) } },
              { "method",
                { method( Paper::name, Paper::summary ),
-                 method( Apic::name, Apic::summary ) } },
+                 method( Apic::name, Apic::summary ),
+                 method( Conservative::name, Conservative::summary ) } },
              { "basis",
                { basis( Linear::name, 1, "cell vertices" ),
                  basis( Quadratic::name, 2, "cell centres" ),

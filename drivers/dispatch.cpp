@@ -1,6 +1,7 @@
 // The one place where a choice made at run time meets a compiled stepper.
 #include <core/basis.hpp>
 #include <core/method_apic.hpp>
+#include <core/method_conservative.hpp>
 #include <core/method_paper.hpp>
 #include <core/simulation.hpp>
 #include <core/stepper_list.hpp>

@@ -4,6 +4,7 @@
 #include <core/basis.hpp>
 #include <core/exact.hpp>
 #include <core/method_apic.hpp>
+#include <core/method_conservative.hpp>
 #include <core/method_paper.hpp>
 #include <core/placement.hpp>
 #include <core/registry.hpp>
@@ -28,14 +29,32 @@ Parameters inputParameters( const int dimension )
     grid.integerVector( "cells", "number of cells" ).atLeast( 1 ).atMost( 1e8 );
 
     Parameters method( "method", "numerical method", dimension );
-    method.choice( "name", { Paper::name, Apic::name }, "time stepping method" )
-        .defaultsTo( Apic::name );
+    method
+        .choice( "name", { Paper::name, Apic::name, Conservative::name },
+                 "time stepping method" )
+        .defaultsTo( Conservative::name );
     method
         .choice( "basis", { Linear::name, Quadratic::name, Cubic::name },
-                 "B-splines; by default linear for paper, quadratic for apic" )
+                 "B-splines; by default linear for paper, else quadratic" )
         .optional();
-    method.choice( "time", { "symplectic" }, "time integrator" )
-        .defaultsTo( "symplectic" );
+    method
+        .choice( "time", { "symplectic", "midpoint" },
+                 "time integrator; midpoint is conservative's default in 2D "
+                 "and 3D, and its alone" )
+        .optional();
+    // The parts of conservative are its alone, so no default applies yet.
+    for ( const auto parts = ConservativeParts::declare( dimension );
+          const auto& part : parts.keys() )
+    {
+        auto& key = part.kind == Parameter::Kind::Boolean
+                        ? method.boolean( part.name, part.description )
+                        : method.number( part.name, part.description );
+        key = part;
+        key.description +=
+            fmt::format( " (conservative: {})", part.default_value->dump() );
+        key.default_value.reset();
+        key.optional();
+    }
 
     Parameters particles( "particles", "the gas's particles", dimension );
     particles.integer( "per_cell", "particles per cell" )
@@ -57,8 +76,15 @@ Parameters inputParameters( const int dimension )
     time.number( "cfl", "Courant number: part of a cell that the fastest wave "
                         "crosses in a step" )
         .above( 0 )
-        .atMost( 2 )
-        .defaultsTo( 0.4 );
+        .atMost( 100 )
+        .source( "stable up to the limits in docs/stability.md; 0.8 for "
+                 "midpoint, else 0.4" )
+        .optional();
+    time.integer( "retries", "how often a step that breaks the gas is repeated "
+                             "with half its length before the run ends" )
+        .atLeast( 0 )
+        .atMost( 50 )
+        .defaultsTo( 10 );
 
     Parameters output( "output", "what is written, and when", dimension );
     output.number( "every", "time between outputs; by default start and end" )
@@ -125,6 +151,7 @@ class Checker
     void check()
     {
         checkScene();
+        checkMethod();
         checkGrid();
         checkParticles();
         checkPhysics();
@@ -152,11 +179,39 @@ class Checker
 
     void checkScene() { checkFileName( _input.at( "scene" ), "/scene" ); }
 
+    //! Keys that `conservative` alone understands.
+    void checkMethod()
+    {
+        const auto& method = _input.at( "method" );
+        const auto name = method.at( "name" ).get<std::string>();
+        if ( name == Conservative::name )
+            return;
+        const std::string remedy = fmt::format(
+            "conservative understands this, {} does not; leave it out", name );
+        for ( const auto parts = ConservativeParts::declare( 0 );
+              const auto& part : parts.keys() )
+            if ( method.contains( part.name ) )
+                error( "/method/" + part.name, remedy );
+        if ( method.at( "time" ) != "symplectic" )
+            error( "/method/time", remedy );
+        int k = 0;
+        for ( const auto& entry : _input.at( "boundary" ) )
+        {
+            if ( entry.value( "treatment", "" ) == "images" )
+                error( fmt::format( "/boundary/{}/treatment", k ), remedy );
+            ++k;
+        }
+    }
+
     void checkGrid()
     {
         const auto& grid = _input.at( "grid" );
         const auto basis = _input.at( "method" ).at( "basis" );
-        const int least = basis == Linear::name ? 1 : 2;
+        const int least =
+            ( basis == Linear::name ? 1 : 2 ) +
+            ( _input.at( "method" ).at( "name" ) == Conservative::name
+                  ? Conservative::extra_halo
+                  : 0 );
         double places = _input.at( "particles" ).at( "per_cell" );
         for ( int d = 0; d < _dimension; ++d )
         {
@@ -171,10 +226,13 @@ class Checker
                 error( fmt::format( "/grid/upper/{}", d ),
                        "the domain is too large for floating point" );
             if ( cells < least )
-                error( fmt::format( "/grid/cells/{}", d ),
-                       fmt::format( "the {} basis needs at least {} cells "
-                                    "along each axis, got {}",
-                                    basis.get<std::string>(), least, cells ) );
+                error(
+                    fmt::format( "/grid/cells/{}", d ),
+                    fmt::format(
+                        "{} on the {} basis needs at least {} cells "
+                        "along each axis, got {}",
+                        _input.at( "method" ).at( "name" ).get<std::string>(),
+                        basis.get<std::string>(), least, cells ) );
             places *= static_cast<double>( cells );
         }
         if ( places > std::numeric_limits<int>::max() )
@@ -341,6 +399,34 @@ class Checker
     int _dimension;
 };
 
+//! Defaults that depend on the method.
+void fillMethodDefaults( Json& input )
+{
+    const int dimension = input.at( "dimension" );
+    auto& method = input.at( "method" );
+    auto fill = []( Json& object, const std::string& key, const Json& value )
+    {
+        if ( !object.contains( key ) )
+            object[key] = value;
+    };
+    const bool conservative = method.at( "name" ) == Conservative::name;
+    fill( method, "basis",
+          method.at( "name" ) == Paper::name ? Paper::default_basis
+                                             : Apic::default_basis );
+    fill( method, "time",
+          conservative ? ConservativeParts::defaultTime( dimension )
+                       : "symplectic" );
+    if ( conservative )
+        for ( const auto parts = ConservativeParts::declare( dimension );
+              const auto& part : parts.keys() )
+            fill( method, part.name, *part.default_value );
+    fill( input.at( "time" ), "cfl",
+          ConservativeParts::defaultCfl( method.at( "time" ) ) );
+    for ( auto& entry : input.at( "boundary" ) )
+        if ( entry.at( "type" ) == "obstacle" )
+            fill( entry, "treatment", conservative ? "images" : "projection" );
+}
+
 } // namespace
 
 Json resolveInput( const Json& input, const std::string& file )
@@ -357,11 +443,7 @@ Json resolveInput( const Json& input, const std::string& file )
         resolve( input, inputParameters( dimension ), file, errors );
     if ( errors.empty() )
     {
-        auto& method = resolved.at( "method" );
-        if ( !method.contains( "basis" ) )
-            method["basis"] = method.at( "name" ) == Paper::name
-                                  ? Paper::default_basis
-                                  : Apic::default_basis;
+        fillMethodDefaults( resolved );
         std::vector<std::string> conflicts;
         Checker( resolved, conflicts ).check();
         for ( const auto& conflict : conflicts )

@@ -15,7 +15,9 @@ namespace Machpoint
 
   Von Neumann and Richtmyer 1950 (quadratic part), Landshoff 1955 (linear
   part). D is the trace of the particle's velocity gradient, so the effect
-  needs no state of its own. h is the smallest spacing.
+  needs no state of its own; a method that keeps rates (State::rates) gives the
+  divergence of the grid velocity and a limiter that multiplies q. h is the
+  smallest spacing.
 */
 template <int Dim>
 class ArtificialViscosity : public Module<Dim>
@@ -44,8 +46,12 @@ class ArtificialViscosity : public Module<Dim>
     {
     }
 
+    //! With the gradient that the particle carries, where the method offers
+    //! nothing better.
     void particleState( State<Dim>& state ) override
     {
+        if ( state.rates )
+            return;
         const auto m = state.particles.template slice<Mass>();
         const auto V = state.particles.template slice<Volume>();
         const auto L = state.particles.template slice<VelocityGradient>();
@@ -66,8 +72,63 @@ class ArtificialViscosity : public Module<Dim>
             } );
     }
 
+    //! With the divergence of the grid velocity, limited where it is smooth.
+    void viscousPressure( State<Dim>& state ) override
+    {
+        const auto m = state.particles.template slice<Mass>();
+        const auto V = state.particles.template slice<Volume>();
+        const auto pressure = state.particles.template slice<Pressure>();
+        const auto c = state.particles.template slice<SoundSpeed>();
+        const auto& rates = state.rates->data();
+        const auto divergence = Cabana::slice<Divergence>( rates );
+        const auto limiter = Cabana::slice<Limiter>( rates );
+        const auto viscous = Cabana::slice<ViscousPressure>( rates );
+        const auto speed = Cabana::slice<ViscousSpeed>( rates );
+        const Real c1 = _linear;
+        const Real c2 = _quadratic;
+        const Real h = state.grid.minSpacing();
+        Kokkos::parallel_for(
+            "Machpoint::viscousPressure", Range( 0, state.particles.size() ),
+            KOKKOS_LAMBDA( const int p ) {
+                const Real D = Kokkos::min( divergence( p ), 0.0 );
+                const Real s =
+                    D < 0 ? limiter( p ) * ( c1 * c( p ) - c2 * h * D ) : 0.0;
+                const Real q = -m( p ) / V( p ) * h * D * s;
+                speed( p ) = s;
+                viscous( p ) = q;
+                pressure( p ) += q;
+            } );
+    }
+
     //! Viscosity diffuses: its wave speed is twice c1 c + c2 h |D| on top.
     Real limitTimeStep( State<Dim>& state ) override
+    {
+        const Real fastest =
+            state.rates ? fastestLimited( state ) : fastestCarried( state );
+        return fastest > 0 ? state.cfl * state.grid.minSpacing() / fastest
+                           : Kokkos::Experimental::infinity_v<Real>;
+    }
+
+    // Public only because nvcc wants the parent function of a device lambda to
+    // be accessible.
+    Real fastestLimited( const State<Dim>& state ) const
+    {
+        const auto v = state.particles.template slice<Velocity>();
+        const auto c = state.particles.template slice<SoundSpeed>();
+        const auto viscous = Cabana::slice<ViscousSpeed>( state.rates->data() );
+        Real fastest = 0;
+        Kokkos::parallel_reduce(
+            "Machpoint::limitViscosity", Range( 0, state.particles.size() ),
+            KOKKOS_LAMBDA( const int p, Real& max ) {
+                const auto u = get<Dim>( v, p );
+                max = Kokkos::max( max, c( p ) +
+                                            Kokkos::sqrt( dot<Dim>( u, u ) ) +
+                                            2 * viscous( p ) );
+            },
+            Kokkos::Max<Real>( fastest ) );
+        return fastest;
+    }
+    Real fastestCarried( const State<Dim>& state ) const
     {
         const auto v = state.particles.template slice<Velocity>();
         const auto L = state.particles.template slice<VelocityGradient>();
@@ -90,8 +151,7 @@ class ArtificialViscosity : public Module<Dim>
                 max = Kokkos::max( max, speed );
             },
             Kokkos::Max<Real>( fastest ) );
-        return fastest > 0 ? state.cfl * h / fastest
-                           : Kokkos::Experimental::infinity_v<Real>;
+        return fastest;
     }
 
   private:

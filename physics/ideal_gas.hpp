@@ -5,7 +5,7 @@
 #ifndef MACHPOINT_IDEAL_GAS_HPP
 #define MACHPOINT_IDEAL_GAS_HPP
 
-#include <core/module.hpp>
+#include <physics/advance_pressure.hpp>
 
 namespace Machpoint
 {
@@ -53,6 +53,11 @@ class IdealGas : public EquationOfState<Dim>
                 sound_speed( p ) = Kokkos::sqrt( gamma * ( gamma - 1 ) *
                                                  Kokkos::max( e( p ), 0.0 ) );
             } );
+    }
+
+    void advancePressure( State<Dim>& state, const Real time ) override
+    {
+        Impl::advancePressure( state, time, _gamma, 0 );
     }
 
   private:

@@ -5,7 +5,7 @@
 #ifndef MACHPOINT_STIFFENED_GAS_HPP
 #define MACHPOINT_STIFFENED_GAS_HPP
 
-#include <core/module.hpp>
+#include <physics/advance_pressure.hpp>
 
 namespace Machpoint
 {
@@ -67,6 +67,11 @@ class StiffenedGas : public EquationOfState<Dim>
                 sound_speed( p ) = Kokkos::sqrt(
                     gamma * Kokkos::max( value + reference, 0.0 ) / density );
             } );
+    }
+
+    void advancePressure( State<Dim>& state, const Real time ) override
+    {
+        Impl::advancePressure( state, time, _gamma, _reference );
     }
 
   private:

@@ -1,0 +1,244 @@
+/*!
+  \file gather.hpp
+  \brief `conservative` back to the particles (docs/conservative.md, sections
+  5 to 7).
+*/
+#ifndef MACHPOINT_CONSERVATIVE_GATHER_HPP
+#define MACHPOINT_CONSERVATIVE_GATHER_HPP
+
+#include <core/conservative/faces.hpp>
+#include <core/conservative/parts.hpp>
+
+namespace Machpoint
+{
+namespace Impl
+{
+
+//! What one particle, or one image, gathers from the grid.
+template <class Basis, int Dim>
+struct Gathered
+{
+    // Sums relative to the old velocity: a uniform flow then has zeros to add,
+    // not large numbers that cancel.
+    Vector<Dim> change{};   //!< sum w (phi - v)
+    Vector<Dim> fit[Dim]{}; //!< sum w (phi - v) (x_i - x)^T, or with grad w for
+                            //!< hats, whose moment may vanish
+    Real squares = 0;       //!< sum w |phi - v|^2
+    Real mixing = 0;        //!< sum w beta (2 - beta) |v_i - u|^2
+    Vector<Dim> mean{};     //!< sum w (v_i + v'_i) / 2
+    Vector<Dim> ahead{};    //!< sum w v'_i
+    Real expansion = 0;     //!< D of the mean velocity, normalised volume
+    Real filling = 0;       //!< sum over axes and faces of w (theta - 1)
+    Vector<Dim> crowding{}; //!< h times the gradient of theta
+
+    /*!
+      phi_i = u_i + beta_i (v_i - u_i) + v'_i - v_i, u_i = v + C (x_i - x).
+      \tparam Rearranges are filling and crowding asked for?
+    */
+    template <bool Rearranges>
+    KOKKOS_FORCEINLINE_FUNCTION void
+    gather( const Grid<Dim>& grid, const NodeLayout<Dim>& layout,
+            const Stencil<Basis, Dim>& s, const NodeView& moments,
+            const NodeView& velocities, const NodeView& faces,
+            const Vector<Dim>& v, const Vector<Dim> ( &C )[Dim] )
+    {
+        forEachNode<Basis, Dim>(
+            s, layout,
+            [&]( const StencilNode<Dim>& i )
+            {
+                const Real beta = velocities( i.row, 2 * Dim );
+                const Real w = i.weight;
+                for ( int a = 0; a < Dim; ++a )
+                {
+                    const Real v_i = velocities( i.row, a );
+                    const Real kick = velocities( i.row, Dim + a ) - v_i;
+                    const Real shear = dot<Dim>( C[a], i.dx ); // u - v
+                    const Real lag = v_i - v[a] - shear;       // v_i - u
+                    const Real step = shear + beta * lag + kick;
+                    change[a] += w * step;
+                    squares += w * step * step;
+                    mixing += w * beta * ( 2 - beta ) * lag * lag;
+                    mean[a] += w * ( v_i - v[a] + 0.5 * kick );
+                    ahead[a] += w * ( v_i - v[a] + kick );
+                    for ( int b = 0; b < Dim; ++b )
+                        fit[a][b] +=
+                            step * ( Basis::constant_moment ? w * i.dx[b]
+                                                            : i.gradient[b] );
+                }
+            } );
+        forEachFace( s, HalfwayWeights<Basis, Dim>( grid, s ), layout,
+                     [&]( const StencilFace& f )
+                     {
+                         expansion += f.weight * faces( f.row, f.axis ) *
+                                      faces( f.row, Dim + f.axis );
+                         if ( Rearranges )
+                         {
+                             const Real excess =
+                                 moments( f.row, 1 + 2 * Dim + f.axis ) - 1;
+                             filling += f.weight * excess;
+                             crowding[f.axis] += f.slope * excess;
+                         }
+                     } );
+        for ( int a = 0; a < Dim; ++a )
+        {
+            mean[a] += v[a];
+            ahead[a] += v[a];
+        }
+    }
+};
+
+/*!
+  \brief G2P of `conservative`.
+
+  v' = sum w phi, C' = sum w phi (x_i - x)^T / moment,
+  e' = e - dt (p + q) V D / m + loss, V' = V (1 + dt D),
+  x' = x + dt sum w v' (symplectic) or dt sum w (v + v')/2 (midpoint).
+
+  loss = (2 beta - beta^2)/2 sum w |u - v_i|^2 + 1/2 sum w |phi - u'|^2 makes
+  sum m (e + |v|^2/2 + moment |C|^2/2) exact.
+
+  Where Rearranges: V' *= 1 - min(kd dt |C'|, .5) clip(r - 1, -.5, .5) with r
+  the filling of space around the particle, and x' -= dt ks c clip(g, -.5, .5)
+  with g = h grad theta. Both vanish in uniform motion of a lattice.
+*/
+template <class Basis, bool Rearranges, int Dim>
+void gatherParticles( const State<Dim>& state, const NodeView& faces,
+                      const ConservativeParts& parts )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto c = state.particles.template slice<SoundSpeed>();
+    const auto moments = state.nodes.moments;
+    const auto velocities = state.nodes.velocities;
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    const Real dt = state.dt;
+    const bool midpoint = parts.midpoint;
+    const Real returned = parts.loss_return ? 1.0 : 0.0;
+    const Real kd = parts.volume_relaxation;
+    const Real ks = parts.particle_shifting;
+    Kokkos::parallel_for(
+        "Machpoint::gatherParticles", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            const Vector<Dim> old_x = get<Dim>( x, p );
+            const Vector<Dim> old_v = get<Dim>( v, p );
+            Vector<Dim> affine[Dim];
+            loadAffine<Dim>( C, p, affine );
+            const Stencil<Basis, Dim> s( grid, layout, old_x );
+            Gathered<Basis, Dim> g;
+            g.template gather<Rearranges>( grid, layout, s, moments, velocities,
+                                           faces, old_v, affine );
+            for ( int a = 0; a < Dim; ++a )
+            {
+                v( p, a ) = old_v[a] + g.change[a];
+                Real speed = midpoint ? g.mean[a] : g.ahead[a];
+                if ( Rearranges )
+                    speed -=
+                        ks * c( p ) * Kokkos::clamp( g.crowding[a], -0.5, 0.5 );
+                x( p, a ) = old_x[a] + dt * speed;
+                g.squares -= g.change[a] * g.change[a];
+            }
+            Real fitted = 0;  // sum w |C' (x_i - x)|^2
+            Real carried = 0; // the same where the particle will be
+            Real strain = 0;  // |C'|^2
+            for ( int b = 0; b < Dim; ++b )
+            {
+                const Real h = grid.spacing[b];
+                const Real moment = s.moment( b, h );
+                Real moment_new = moment;
+                if constexpr ( !Basis::constant_moment )
+                {
+                    // Hats: the affine energy depends on the place in the
+                    // cell; what it changes by becomes heat. The fraction is
+                    // the same after a periodic shift or a reflection.
+                    const Real place = ( x( p, b ) - grid.lower[b] ) / h;
+                    moment_new =
+                        h * h * Basis::moment( place - Kokkos::floor( place ) );
+                }
+                for ( int a = 0; a < Dim; ++a )
+                {
+                    const Real slope = Basis::constant_moment
+                                           ? g.fit[a][b] / moment
+                                           : g.fit[a][b];
+                    C( p, a, b ) = slope;
+                    strain += slope * slope;
+                    fitted += slope * slope * moment;
+                    carried += slope * slope * moment_new;
+                }
+            }
+            const Real residual = Kokkos::max( g.squares - fitted, 0.0 );
+            const Real loss =
+                0.5 * ( returned * ( g.mixing + residual ) + fitted - carried );
+            e( p ) += loss - dt * pressure( p ) * V( p ) / m( p ) * g.expansion;
+            Real volume = V( p ) * Kokkos::max( 1 + dt * g.expansion, 0.2 );
+            if ( Rearranges )
+                volume *=
+                    1 - Kokkos::min( kd * dt * Kokkos::sqrt( strain ), 0.5 ) *
+                            Kokkos::clamp( g.filling / Dim, -0.5, 0.5 );
+            V( p ) = volume;
+        } );
+}
+
+/*!
+  \brief What curved walls do to the gas during the step.
+
+  Particles and images together keep momentum and energy exactly. The images
+  are dropped after the step, so what they gained the gas has lost to the wall.
+  \param[out] state.images.impulses momentum that each image gained
+  \return energy given to the gas
+*/
+template <class Basis, int Dim>
+Real workOfImages( const State<Dim>& state, const NodeView& faces )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto moments = state.nodes.moments;
+    const auto velocities = state.nodes.velocities;
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    const auto images = state.images;
+    const Real dt = state.dt;
+    Real gained = 0;
+    Kokkos::parallel_reduce(
+        "Machpoint::workOfImages", Range( 0, images.count ),
+        KOKKOS_LAMBDA( const int k, Real& sum ) {
+            const int p = images.particle( k );
+            const auto mirror = images.mirror( k );
+            const Stencil<Basis, Dim> s( grid, layout,
+                                         mirror.point( get<Dim>( x, p ) ), 1 );
+            Vector<Dim> affine[Dim];
+            loadAffine<Dim>( C, p, affine );
+            mirrorAffine<Dim>( mirror, affine );
+            const auto u = mirror.direction( get<Dim>( v, p ) );
+            Gathered<Basis, Dim> g;
+            g.template gather<false>( grid, layout, s, moments, velocities,
+                                      faces, u, affine );
+            Real kinetic = g.squares + g.mixing; // |phi|^2 - |u_i|^2, summed
+            for ( int a = 0; a < Dim; ++a )
+            {
+                images.impulses( k, a ) = m( p ) * g.change[a];
+                kinetic += 2 * u[a] * g.change[a];
+                for ( int b = 0; b < Dim; ++b )
+                    kinetic -= affine[a][b] * affine[a][b] *
+                               s.moment( b, grid.spacing[b] );
+            }
+            sum += 0.5 * m( p ) * kinetic -
+                   dt * pressure( p ) * V( p ) * g.expansion;
+        },
+        gained );
+    return -gained;
+}
+
+} // namespace Impl
+} // namespace Machpoint
+
+#endif

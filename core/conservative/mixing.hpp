@@ -1,0 +1,254 @@
+/*!
+  \file mixing.hpp
+  \brief Parts of `conservative` that exchange volume or heat between the
+  particles of a cell (docs/conservative.md, section 8).
+*/
+#ifndef MACHPOINT_CONSERVATIVE_MIXING_HPP
+#define MACHPOINT_CONSERVATIVE_MIXING_HPP
+
+#include <core/conservative/faces.hpp>
+
+namespace Machpoint
+{
+namespace Impl
+{
+
+//! A field on cells: staggered along every axis.
+template <int Dim, std::size_t N>
+NodeComponents<N> cellComponents()
+{
+    NodeComponents<N> list{};
+    for ( auto& component : list )
+        component.staggered = ( 1 << Dim ) - 1;
+    return list;
+}
+
+//! Pressure and its gradient as the cells around a particle see them.
+template <class Basis, int Dim>
+struct CellPressure
+{
+    Real stiffness = 0;     //!< rho c^2, mean of the cells
+    Vector<Dim> gradient{}; //!< limited, pressure/length
+
+    KOKKOS_FORCEINLINE_FUNCTION
+    CellPressure( const Grid<Dim>& grid, const NodeLayout<Dim>& layout,
+                  const Stencil<Basis, Dim>& s,
+                  const HalfwayWeights<Basis, Dim>& halfway,
+                  const NodeView& means, const Real own )
+    {
+        Real least = own;
+        constexpr int places = Basis::nodes - 1;
+        forEachCell( grid, s, halfway, layout,
+                     [&]( const StencilCell<Dim>& cell )
+                     {
+                         const Real p = means( cell.row, 1 );
+                         stiffness += cell.weight * means( cell.row, 2 );
+                         least = Kokkos::min( least, p );
+                     } );
+        // Derivative of the cells' interpolant, axis by axis.
+        for ( int k = 0; k < ( Dim > 2 ? places : 1 ); ++k )
+            for ( int j = 0; j < ( Dim > 1 ? places : 1 ); ++j )
+                for ( int i = 0; i < places; ++i )
+                {
+                    const int at[3] = { i, j, k };
+                    int row = s.base;
+                    for ( int d = 0; d < Dim; ++d )
+                        row += at[d] * layout.stride[d];
+                    for ( int a = 0; a < Dim; ++a )
+                    {
+                        Real slope = halfway.dc[a][at[a]] / grid.spacing[a];
+                        for ( int d = 0; d < Dim; ++d )
+                            if ( d != a )
+                                slope *= halfway.c[d][at[d]];
+                        gradient[a] += slope * means( row, 1 );
+                    }
+                }
+        // Without the limit, steep pressures run away.
+        least = Kokkos::max( least, 0.0 ) / ( 2 * Dim );
+        for ( int a = 0; a < Dim; ++a )
+        {
+            const Real limit = least / grid.spacing[a];
+            gradient[a] = Kokkos::clamp( gradient[a], -limit, limit );
+        }
+    }
+};
+
+/*!
+  \brief Sub-cell pressure relaxation (after Tipton, in Shashkov 2008).
+
+  Particles of a cell exchange volume until their pressures agree, at the rate
+  eta: K = eta V / (rho c^2 + rho c^2 of the cells),
+  phat_c = sum K w (p + g dx) / sum K w, s = K w (p + g dx - phat_c),
+  V += sum s, e -= sum phat_c s / m. Conserves volume and energy, and removes
+  the pressures that the faces cannot see.
+  \param means, sums [nodes][3] scratch
+*/
+template <class Basis, int Dim>
+void relaxPressure( const State<Dim>& state, NodeView means,
+                    NodeView sums, NodeScatter& means_scatter,
+                    NodeScatter& sums_scatter, const Real eta )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto c = state.particles.template slice<SoundSpeed>();
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    const Range all( 0, state.particles.size() );
+
+    Kokkos::deep_copy( ExecutionSpace(), means, 0.0 );
+    means_scatter.reset_except( means );
+    const auto add_mean = means_scatter;
+    Kokkos::parallel_for(
+        "Machpoint::cellPressure", all, KOKKOS_LAMBDA( const int p ) {
+            const auto cells = add_mean.access();
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const HalfwayWeights<Basis, Dim> halfway( grid, s );
+            forEachCell( grid, s, halfway, layout,
+                         [&]( const StencilCell<Dim>& cell )
+                         {
+                             const Real w = cell.weight;
+                             cells( cell.row, 0 ) += w * V( p );
+                             cells( cell.row, 1 ) += w * V( p ) * pressure( p );
+                             cells( cell.row, 2 ) +=
+                                 w * m( p ) * c( p ) * c( p );
+                         } );
+        } );
+    Kokkos::Experimental::contribute( means, means_scatter );
+    state.halo.fold( means, cellComponents<Dim, 3>() );
+    Kokkos::parallel_for(
+        "Machpoint::meanCellPressure", Range( 0, layout.total ),
+        KOKKOS_LAMBDA( const int i ) {
+            const Real volume = means( i, 0 );
+            for ( int k = 1; k < 3; ++k )
+                means( i, k ) = volume > 0 ? means( i, k ) / volume : 0.0;
+        } );
+    state.halo.fill( means, cellComponents<Dim, 3>() );
+
+    Kokkos::deep_copy( ExecutionSpace(), sums, 0.0 );
+    sums_scatter.reset_except( sums );
+    const auto add_sum = sums_scatter;
+    Kokkos::parallel_for(
+        "Machpoint::targetPressure", all, KOKKOS_LAMBDA( const int p ) {
+            const auto cells = add_sum.access();
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const HalfwayWeights<Basis, Dim> halfway( grid, s );
+            const CellPressure<Basis, Dim> around( grid, layout, s, halfway,
+                                                   means, pressure( p ) );
+            const Real stiffness =
+                m( p ) / V( p ) * c( p ) * c( p ) + around.stiffness;
+            const Real K = stiffness > 0 ? eta * V( p ) / stiffness : 0.0;
+            forEachCell( grid, s, halfway, layout,
+                         [&]( const StencilCell<Dim>& cell )
+                         {
+                             const Real target =
+                                 pressure( p ) +
+                                 dot<Dim>( around.gradient, cell.dx );
+                             cells( cell.row, 0 ) += K * cell.weight;
+                             cells( cell.row, 1 ) += K * cell.weight * target;
+                         } );
+        } );
+    Kokkos::Experimental::contribute( sums, sums_scatter );
+    state.halo.fold( sums, cellComponents<Dim, 2>() );
+    state.halo.fill( sums, cellComponents<Dim, 2>() );
+
+    Kokkos::parallel_for(
+        "Machpoint::exchangeVolume", all, KOKKOS_LAMBDA( const int p ) {
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const HalfwayWeights<Basis, Dim> halfway( grid, s );
+            const CellPressure<Basis, Dim> around( grid, layout, s, halfway,
+                                                   means, pressure( p ) );
+            const Real stiffness =
+                m( p ) / V( p ) * c( p ) * c( p ) + around.stiffness;
+            const Real K = stiffness > 0 ? eta * V( p ) / stiffness : 0.0;
+            Real volume = 0;
+            Real work = 0;
+            forEachCell( grid, s, halfway, layout,
+                         [&]( const StencilCell<Dim>& cell )
+                         {
+                             const Real weight = sums( cell.row, 0 );
+                             if ( weight <= 0 )
+                                 return;
+                             const Real target = sums( cell.row, 1 ) / weight;
+                             const Real given =
+                                 K * cell.weight *
+                                 ( pressure( p ) +
+                                   dot<Dim>( around.gradient, cell.dx ) -
+                                   target );
+                             volume += given;
+                             work += target * given;
+                         } );
+            V( p ) += volume;
+            e( p ) -= work / m( p );
+        } );
+}
+
+/*!
+  \brief Shock heat mixing: e += eta (sum w e_i - e) with eta =
+  min(1, ck dt max(-D, 0)) phi and e_i = sum m eta w e / sum m eta w.
+  Conserves energy; spreads the heat that a shock or a wall leaves in too few
+  particles (after the heat flux of Noh 1987).
+  \param sums [nodes][3] scratch
+*/
+template <class Basis, int Dim>
+void mixHeat( const State<Dim>& state, NodeView sums,
+              NodeScatter& scatter, const Real ck )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto divergence = Cabana::slice<Divergence>( state.rates->data() );
+    const auto limiter = Cabana::slice<Limiter>( state.rates->data() );
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    const Real rate = ck * state.dt;
+    const Range all( 0, state.particles.size() );
+    const NodeComponents<2> components{};
+
+    auto share = KOKKOS_LAMBDA( const int p )
+    {
+        return limiter( p ) *
+               Kokkos::min( 1.0, rate * Kokkos::max( -divergence( p ), 0.0 ) );
+    };
+    Kokkos::deep_copy( ExecutionSpace(), sums, 0.0 );
+    scatter.reset_except( sums );
+    const auto add = scatter;
+    Kokkos::parallel_for(
+        "Machpoint::sharedHeat", all, KOKKOS_LAMBDA( const int p ) {
+            const Real mass = m( p ) * share( p );
+            if ( mass <= 0 )
+                return;
+            const auto nodes = add.access();
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            forEachNode<Basis, Dim>( s, layout,
+                                     [&]( const StencilNode<Dim>& i )
+                                     {
+                                         const Real mw = mass * i.weight;
+                                         nodes( i.row, 0 ) += mw;
+                                         nodes( i.row, 1 ) += mw * e( p );
+                                     } );
+        } );
+    Kokkos::Experimental::contribute( sums, scatter );
+    state.halo.fold( sums, components );
+    state.halo.fill( sums, components );
+    Kokkos::parallel_for(
+        "Machpoint::mixHeat", all, KOKKOS_LAMBDA( const int p ) {
+            const Real part = share( p );
+            if ( part <= 0 )
+                return;
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            Real mean = 0;
+            forEachNode<Basis, Dim>(
+                s, layout,
+                [&]( const StencilNode<Dim>& i )
+                { mean += i.weight * sums( i.row, 1 ) / sums( i.row, 0 ); } );
+            e( p ) += part * ( mean - e( p ) );
+        } );
+}
+
+} // namespace Impl
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,329 @@
+/*!
+  \file resolution.hpp
+  \brief Parts of `conservative` that change the number of particles: halving
+  where gas expands, merging where it is compressed (docs/conservative.md,
+  section 9).
+*/
+#ifndef MACHPOINT_CONSERVATIVE_RESOLUTION_HPP
+#define MACHPOINT_CONSERVATIVE_RESOLUTION_HPP
+
+#include <core/basis.hpp>
+#include <core/conservative/parts.hpp>
+#include <core/module.hpp>
+
+namespace Machpoint
+{
+
+//! What halving and merging remember of a particle: accumulated stretch along
+//! each axis, volume change apart, and the mass it started with. Zero for a
+//! particle that has just entered.
+template <int Dim>
+using HistoryMembers = Cabana::MemberTypes<Real[Dim], Real>;
+
+//! Names of the members of a history.
+enum HistoryMember : std::size_t
+{
+    Stretch,     //!< integral of C_aa - tr C / Dim [Dim]
+    OriginalMass //!< mass
+};
+
+namespace Impl
+{
+
+//! sum w (x_i - x)_b^2 at a place, length^2; it varies for hats alone.
+template <class Basis, int Dim>
+KOKKOS_INLINE_FUNCTION Real momentAt( const Grid<Dim>& grid, const Real x,
+                                      const int b )
+{
+    const Real h = grid.spacing[b];
+    const Real place = ( x - grid.lower[b] ) / h;
+    return h * h * Basis::moment( place - Kokkos::floor( place ) );
+}
+
+/*!
+  \brief Halves particles larger than parts.split_volume along the axis of the
+  largest stretch S: offsets +- V^(1/Dim) e^S / 4, at most to the sides of the
+  domain. The halves keep v, C and e; mass, momentum, energy and volume stay
+  (on hats, what the affine energy changes by becomes heat).
+*/
+template <class Basis, int Dim>
+void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
+                     const ConservativeParts& parts )
+{
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto stretch = Cabana::slice<Stretch>( history.data() );
+    const auto original = Cabana::slice<OriginalMass>( history.data() );
+    const Real dt = state.dt;
+    // A particle as large as those of the start is not halved.
+    const Real widest =
+        Kokkos::max( parts.split_volume, 1.5 / state.per_cell ) *
+        state.grid.cellVolume();
+    const Real mass_floor = parts.mass_floor;
+    const int n = state.particles.size();
+    int count = 0;
+    Kokkos::parallel_reduce(
+        "Machpoint::trackStretch", Range( 0, n ),
+        KOKKOS_LAMBDA( const int p, int& found ) {
+            if ( original( p ) == 0 )
+                original( p ) = m( p );
+            Real mean = 0;
+            for ( int a = 0; a < Dim; ++a )
+                mean += C( p, a, a ) / Dim;
+            for ( int a = 0; a < Dim; ++a )
+                stretch( p, a ) += dt * ( C( p, a, a ) - mean );
+            if ( V( p ) > widest && m( p ) > mass_floor * original( p ) )
+                ++found;
+        },
+        count );
+    if ( count == 0 )
+        return;
+
+    IndexList large( "Machpoint::largeParticles", count );
+    Kokkos::parallel_scan(
+        "Machpoint::findLarge", Range( 0, n ),
+        KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
+            if ( V( p ) > widest && m( p ) > mass_floor * original( p ) )
+            {
+                if ( final )
+                    large( k ) = p;
+                ++k;
+            }
+        } );
+    state.particles.resize( n + count );
+    const auto x = state.particles.template slice<Position>();
+    const auto id = state.particles.template slice<Id>();
+    const auto affine = state.particles.template slice<VelocityGradient>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto mass = state.particles.template slice<Mass>();
+    const auto volume = state.particles.template slice<Volume>();
+    const auto lengths = Cabana::slice<Stretch>( history.data() );
+    const auto particles = state.particles.data();
+    const auto histories = history.data();
+    const auto rates = state.rates->data();
+    const auto grid = state.grid;
+    const std::int64_t first_id = state.next_id;
+    Kokkos::parallel_for(
+        "Machpoint::splitParticles", Range( 0, count ),
+        KOKKOS_LAMBDA( const int k ) {
+            const int p = large( k );
+            const int q = n + k;
+            int axis = 0;
+            for ( int a = 1; a < Dim; ++a )
+                if ( lengths( p, a ) > lengths( p, axis ) )
+                    axis = a;
+            const Real size =
+                Kokkos::pow( volume( p ), 1.0 / Dim ) *
+                Kokkos::exp( Kokkos::min( lengths( p, axis ), 0.7 ) );
+            const Real y = x( p, axis );
+            const Real room = 0.999 * Kokkos::min( y - grid.lower[axis],
+                                                   grid.upper[axis] - y );
+            const Real offset =
+                Kokkos::max( Kokkos::min( 0.25 * size, room ), 0.0 );
+            // Half the length along the axis, the same across.
+            const Real halved = Kokkos::log( 2.0 );
+            for ( int a = 0; a < Dim; ++a )
+                lengths( p, a ) += halved / Dim;
+            lengths( p, axis ) -= halved;
+            mass( p ) *= 0.5;
+            volume( p ) *= 0.5;
+            particles.setTuple( q, particles.getTuple( p ) );
+            histories.setTuple( q, histories.getTuple( p ) );
+            rates.setTuple( q, rates.getTuple( p ) );
+            x( p, axis ) = y - offset;
+            x( q, axis ) = y + offset;
+            id( q ) = first_id + k;
+            Real slopes = 0;
+            for ( int a = 0; a < Dim; ++a )
+                slopes += affine( p, a, axis ) * affine( p, a, axis );
+            const Real moment = momentAt<Basis, Dim>( grid, y, axis );
+            for ( const int half : { p, q } )
+                e( half ) += 0.5 * slopes *
+                             ( moment - momentAt<Basis, Dim>(
+                                            grid, x( half, axis ), axis ) );
+        } );
+    state.next_id += count;
+}
+
+//! Half-cell of a position, x fastest.
+template <int Dim>
+KOKKOS_INLINE_FUNCTION int halfCell( const Grid<Dim>& grid,
+                                     const Vector<Dim>& x )
+{
+    int flat = 0;
+    for ( int d = Dim - 1; d >= 0; --d )
+    {
+        const int last = 2 * grid.cells[d] - 1;
+        const int c =
+            static_cast<int>( 2 * ( x[d] - grid.lower[d] ) / grid.spacing[d] );
+        flat = flat * ( last + 1 ) + ( c < 0 ? 0 : ( c > last ? last : c ) );
+    }
+    return flat;
+}
+
+/*!
+  \brief Merges the nearest pairs of similar small particles of a half-cell.
+
+  Mass-weighted x, v, C and e; volumes add. The relative velocity goes into C
+  where that does not raise the kinetic energy, and what is lost of
+  |v|^2/2 + moment |C|^2/2 into e, so mass, momentum, volume and energy stay.
+  Similar: |e1 - e2| < .1 (e1 + e2), |dv| < .2 c; no result is heavier than
+  four times what its parts started with.
+*/
+template <class Basis, int Dim>
+void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
+                     const ConservativeParts& parts )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto c = state.particles.template slice<SoundSpeed>();
+    const auto id = state.particles.template slice<Id>();
+    const auto stretch = Cabana::slice<Stretch>( history.data() );
+    const auto original = Cabana::slice<OriginalMass>( history.data() );
+    const auto grid = state.grid;
+    // Pairs that the gas's own particles would be at the start do not merge.
+    const Real largest =
+        Kokkos::min( parts.merge_volume, 0.5 / state.per_cell ) *
+        grid.cellVolume();
+    const int n = state.particles.size();
+    int bins = 1;
+    for ( int d = 0; d < Dim; ++d )
+        bins *= 2 * grid.cells[d];
+    int small = 0;
+    Kokkos::parallel_reduce(
+        "Machpoint::countSmall", Range( 0, n ),
+        KOKKOS_LAMBDA( const int p, int& found ) {
+            if ( V( p ) < largest )
+                ++found;
+        },
+        small );
+    if ( small < 2 )
+        return;
+    IndexList rows( "Machpoint::smallParticles", small );
+    IndexList keys( "Machpoint::halfCells", small );
+    Kokkos::parallel_scan(
+        "Machpoint::findSmall", Range( 0, n ),
+        KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
+            if ( V( p ) < largest )
+            {
+                if ( final )
+                {
+                    rows( k ) = p;
+                    keys( k ) = halfCell<Dim>( grid, get<Dim>( x, p ) );
+                }
+                ++k;
+            }
+        } );
+    const auto binned = Cabana::binByKey( keys, bins );
+    int merged = 0;
+    Kokkos::parallel_reduce(
+        "Machpoint::mergeParticles", Range( 0, bins ),
+        KOKKOS_LAMBDA( const int bin, int& total ) {
+            const int begin = static_cast<int>( binned.binOffset( bin ) );
+            const int end = begin + binned.binSize( bin );
+            auto particle = [&]( const int k )
+            { return rows( static_cast<int>( binned.permutation( k ) ) ); };
+            for ( int i = begin; i < end; ++i )
+            {
+                const int p = particle( i );
+                if ( id( p ) < 0 )
+                    continue;
+                int partner = -1;
+                Real nearest = Kokkos::Experimental::infinity_v<Real>;
+                for ( int j = i + 1; j < end; ++j )
+                {
+                    const int q = particle( j );
+                    if ( id( q ) < 0 || V( p ) + V( q ) >= largest ||
+                         m( p ) + m( q ) >
+                             2 * ( original( p ) + original( q ) ) ||
+                         Kokkos::abs( e( p ) - e( q ) ) >=
+                             0.1 * ( e( p ) + e( q ) ) )
+                        continue;
+                    Real distance = 0;
+                    Real slip = 0;
+                    for ( int d = 0; d < Dim; ++d )
+                    {
+                        const Real dx = x( p, d ) - x( q, d );
+                        const Real dv = v( p, d ) - v( q, d );
+                        distance += dx * dx;
+                        slip += dv * dv;
+                    }
+                    if ( slip < 0.04 * c( p ) * c( p ) && distance < nearest )
+                    {
+                        nearest = distance;
+                        partner = q;
+                    }
+                }
+                if ( partner < 0 )
+                    continue;
+                const int q = partner;
+                const Real mass = m( p ) + m( q );
+                const Real fp = m( p ) / mass;
+                const Real fq = m( q ) / mass;
+                Real before = 0;      // twice the kinetic energy of the pair
+                Real after = 0;       // with the mean C
+                Real with_spread = 0; // with the relative velocity in C
+                auto spreadOf = [&]( const int a, const int b )
+                {
+                    return fp * fq * ( v( p, a ) - v( q, a ) ) *
+                           ( x( p, b ) - x( q, b ) ) /
+                           ( Basis::constant_moment
+                                 ? momentAt<Basis, Dim>( grid, x( p, b ), b )
+                                 : grid.spacing[b] * grid.spacing[b] );
+                };
+                for ( int b = 0; b < Dim; ++b )
+                {
+                    const Real moment_p =
+                        momentAt<Basis, Dim>( grid, x( p, b ), b );
+                    const Real moment_q =
+                        momentAt<Basis, Dim>( grid, x( q, b ), b );
+                    const Real moment = momentAt<Basis, Dim>(
+                        grid, fp * x( p, b ) + fq * x( q, b ), b );
+                    const Real dv = v( p, b ) - v( q, b );
+                    before += fp * fq * dv * dv;
+                    for ( int a = 0; a < Dim; ++a )
+                    {
+                        const Real Cp = C( p, a, b );
+                        const Real Cq = C( q, a, b );
+                        const Real mean = fp * Cp + fq * Cq;
+                        const Real spread = mean + spreadOf( a, b );
+                        before +=
+                            fp * moment_p * Cp * Cp + fq * moment_q * Cq * Cq;
+                        after += moment * mean * mean;
+                        with_spread += moment * spread * spread;
+                    }
+                }
+                const bool spreads = with_spread <= before;
+                for ( int b = 0; b < Dim; ++b )
+                    for ( int a = 0; a < Dim; ++a )
+                        C( p, a, b ) = fp * C( p, a, b ) + fq * C( q, a, b ) +
+                                       ( spreads ? spreadOf( a, b ) : 0.0 );
+                e( p ) = fp * e( p ) + fq * e( q ) +
+                         0.5 * ( before - ( spreads ? with_spread : after ) );
+                for ( int a = 0; a < Dim; ++a )
+                {
+                    x( p, a ) = fp * x( p, a ) + fq * x( q, a );
+                    v( p, a ) = fp * v( p, a ) + fq * v( q, a );
+                    stretch( p, a ) =
+                        fp * stretch( p, a ) + fq * stretch( q, a );
+                }
+                original( p ) = fp * original( p ) + fq * original( q );
+                m( p ) = mass;
+                V( p ) += V( q );
+                id( q ) = -1;
+                ++total;
+            }
+        },
+        merged );
+    state.particles.removeMarked( merged );
+}
+
+} // namespace Impl
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,76 @@
+/*!
+  \file images.hpp
+  \brief Layer 3: mirror images of particles across curved walls, the wall's
+  mirrored halo of core/halo.hpp for a surface that follows no grid line.
+*/
+#ifndef MACHPOINT_IMAGES_HPP
+#define MACHPOINT_IMAGES_HPP
+
+#include <core/grid.hpp>
+
+namespace Machpoint
+{
+
+//! The mirror of one image: a plane with unit normal n at distance d.
+template <int Dim>
+struct Mirror
+{
+    Vector<Dim> normal; //!< n, away from the solid
+    Real distance;      //!< of the particle from the plane, length
+
+    //! Position behind the mirror: x - 2 d n.
+    KOKKOS_INLINE_FUNCTION Vector<Dim> point( Vector<Dim> x ) const
+    {
+        for ( int d = 0; d < Dim; ++d )
+            x[d] -= 2 * distance * normal[d];
+        return x;
+    }
+    //! R v with R = I - 2 n n^T.
+    KOKKOS_INLINE_FUNCTION Vector<Dim> direction( Vector<Dim> v ) const
+    {
+        const Real along = 2 * dot<Dim>( v, normal );
+        for ( int d = 0; d < Dim; ++d )
+            v[d] -= along * normal[d];
+        return v;
+    }
+};
+
+/*!
+  \brief The images of a step.
+
+  Image k belongs to particle(k). Modules append to the list; whoever scatters
+  to nodes scatters the images too.
+*/
+template <int Dim>
+struct Images
+{
+    int count = 0;
+    IndexList particle; //!< [>= count]
+    //! Normal [Dim] and distance of each mirror, [>= count][Dim + 1]
+    NodeView mirrors;
+    NodeView impulses; //!< momentum that each image gained, [>= count][Dim]
+
+    //! Makes room for `more` images beyond those there are.
+    void reserve( const int more )
+    {
+        const auto needed = static_cast<std::size_t>( count + more );
+        if ( particle.extent( 0 ) >= needed )
+            return;
+        Kokkos::resize( particle, needed + needed / 4 );
+        Kokkos::resize( mirrors, needed + needed / 4, Dim + 1 );
+        Kokkos::resize( impulses, needed + needed / 4, Dim );
+    }
+
+    KOKKOS_INLINE_FUNCTION Mirror<Dim> mirror( const int k ) const
+    {
+        Mirror<Dim> m{};
+        for ( int d = 0; d < Dim; ++d )
+            m.normal[d] = mirrors( k, d );
+        m.distance = mirrors( k, Dim );
+        return m;
+    }
+};
+
+} // namespace Machpoint
+
+#endif

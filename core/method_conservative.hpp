@@ -1,0 +1,211 @@
+/*!
+  \file method_conservative.hpp
+  \brief `conservative`: affine transfer on a staggered pressure that is
+  normalised by the volume which the particles deposit. docs/conservative.md
+  has the equations and the evidence.
+*/
+#ifndef MACHPOINT_METHOD_CONSERVATIVE_HPP
+#define MACHPOINT_METHOD_CONSERVATIVE_HPP
+
+#include <core/conservative/faces.hpp>
+#include <core/conservative/gather.hpp>
+#include <core/conservative/mixing.hpp>
+#include <core/conservative/parts.hpp>
+#include <core/conservative/resolution.hpp>
+#include <core/method_defaults.hpp>
+#include <core/profile.hpp>
+
+namespace Machpoint
+{
+
+//! The `conservative` method: what differs between methods within a step.
+struct Conservative : MethodDefaults
+{
+    static constexpr const char* name = "conservative";
+    static constexpr const char* summary =
+        "volume-normalised staggered pressure; mass, momentum and total energy "
+        "exact";
+    static constexpr const char* default_basis = "quadratic";
+    static constexpr bool affine = true;
+    //! The viscosity limiter looks one face further than a particle, and
+    //! images may lie one cell beyond the box.
+    static constexpr int extra_halo = 1;
+    //! Steps between merges.
+    static constexpr int merge_every = 5;
+
+    template <int Dim>
+    static constexpr int moment_columns = 1 + 3 * Dim;
+    template <int Dim>
+    static constexpr int velocity_columns = 2 * Dim + 1;
+
+    template <int Dim>
+    static auto momentComponents()
+    {
+        return Impl::conservativeMoments<Dim>();
+    }
+
+    //! v, v', beta
+    template <int Dim>
+    static auto velocityComponents()
+    {
+        NodeComponents<2 * Dim + 1> list{};
+        for ( int c = 0; c < 2 * Dim; ++c )
+            list[c] = { Parity::velocity, c % Dim };
+        return list;
+    }
+
+    //! Fields on faces, scratch, and what the parts remember of particles.
+    template <int Dim>
+    struct Storage
+    {
+        ConservativeParts parts;
+        NodeView faces;
+        NodeView stress;
+        NodeScatter stress_scatter;
+        Sidecar<HistoryMembers<Dim>>* history = nullptr;
+        //! \name Scratch of heat mixing and pressure relaxation
+        //! @{
+        NodeView means, sums;
+        NodeScatter means_scatter, sums_scatter;
+        //! @}
+
+        Storage( State<Dim>& state, const Json& input )
+            : parts( input.at( "method" ) ),
+              faces( "Machpoint::faces", state.layout.total, 3 * Dim ),
+              stress( "Machpoint::stress", state.layout.total,
+                      Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) ),
+              stress_scatter( makeScatter( stress ) )
+        {
+            state.rates = &state.particles.template addSidecar<RateMembers>(
+                "Machpoint::rates" );
+            if ( parts.changesParticles() )
+                history =
+                    &state.particles.template addSidecar<HistoryMembers<Dim>>(
+                        "Machpoint::history" );
+            if ( parts.pressure_relaxation > 0 )
+            {
+                means = NodeView( "Machpoint::means", state.layout.total, 3 );
+                means_scatter = makeScatter( means );
+            }
+            if ( parts.pressure_relaxation > 0 || parts.heat_mixing > 0 )
+            {
+                sums = NodeView( "Machpoint::sums", state.layout.total, 2 );
+                sums_scatter = makeScatter( sums );
+            }
+        }
+    };
+
+    //! Sections 8 and 9: what rearranges volume, heat and particles.
+    template <class Basis, int Dim>
+    static void prepare( State<Dim>& state, Storage<Dim>& storage,
+                         EquationOfState<Dim>& gas )
+    {
+        const auto& parts = storage.parts;
+        if ( parts.pressure_relaxation > 0 )
+        {
+            const Profile::Effect effect( "pressure relaxation" );
+            gas.particleState( state );
+            Impl::relaxPressure<Basis, Dim>(
+                state, storage.means, storage.sums, storage.means_scatter,
+                storage.sums_scatter, parts.pressure_relaxation );
+        }
+        if ( parts.heat_mixing > 0 )
+        {
+            const Profile::Effect effect( "heat mixing" );
+            Impl::mixHeat<Basis, Dim>(
+                state, storage.sums, storage.sums_scatter, parts.heat_mixing );
+        }
+        if ( parts.split_volume > 0 )
+        {
+            const Profile::Effect effect( "splitting" );
+            Impl::splitParticles<Basis, Dim>( state, *storage.history, parts );
+        }
+        if ( parts.merge_volume > 0 && state.step % merge_every == 0 )
+        {
+            const Profile::Effect effect( "merging" );
+            Impl::mergeParticles<Basis, Dim>( state, *storage.history, parts );
+        }
+    }
+
+    //! Sections 1 and 2: mass, momentum and volume.
+    template <class Basis, int Dim>
+    static void particlesToGrid( State<Dim>& state, NodeScatter& scatter )
+    {
+        Impl::depositParticles<Basis, Dim>( state, scatter );
+    }
+
+    //! Sections 3 and 4: viscosity, pressure on faces, force.
+    //! \param viscosity adds q to the pressure of particles
+    template <class Basis, int Dim, class Viscosity>
+    static void stressForce( State<Dim>& state, Storage<Dim>& storage,
+                             EquationOfState<Dim>& gas,
+                             const Viscosity& viscosity )
+    {
+        const auto& parts = storage.parts;
+        const auto& faces = storage.faces;
+        state.halo.fill( state.nodes.moments, momentComponents<Dim>() );
+        state.halo.fill( state.nodes.velocities,
+                         vectorComponents<Dim, 1>( Parity::velocity ) );
+        Impl::normaliseFaces( state, faces, parts.least_filling );
+        Impl::differenceVelocity( state, faces, 0 );
+        if ( parts.viscosity_limiter )
+        {
+            Impl::limitViscosity( state, faces );
+            Impl::gatherRates<Basis, true>( state, faces );
+        }
+        else
+            Impl::gatherRates<Basis, false>( state, faces );
+        viscosity();
+        if ( parts.midpoint )
+            gas.advancePressure( state, 0.5 * state.dt );
+        Impl::depositStress<Basis>( state, storage.stress,
+                                    storage.stress_scatter,
+                                    parts.blend_in_compression );
+        if ( parts.blend_in_compression > 0 )
+            state.halo.fold( storage.stress, stressComponents<Dim>() );
+        else
+            state.halo.fold( storage.stress, faceComponents<Dim>() );
+        state.halo.fill( storage.stress, faceComponents<Dim>() );
+        Impl::pressureForce( state, faces, storage.stress, parts.blend );
+    }
+
+    //! Sections 5 to 7.
+    template <class Basis, int Dim, class Constrain>
+    static void gridToParticles( State<Dim>& state, Storage<Dim>& storage,
+                                 const Constrain& )
+    {
+        const auto& parts = storage.parts;
+        Impl::differenceVelocity( state, storage.faces, 0.5 );
+        if ( state.images.count > 0 )
+            state.ledger.energy_in +=
+                Impl::workOfImages<Basis>( state, storage.faces );
+        if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
+            Impl::gatherParticles<Basis, true>( state, storage.faces, parts );
+        else
+            Impl::gatherParticles<Basis, false>( state, storage.faces, parts );
+    }
+
+    //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:
+    //! sum w (x_i - x)_b^2 / 2. \param f place in the cell along b
+    template <class Basis>
+    KOKKOS_INLINE_FUNCTION static Real affineEnergy( const Real f,
+                                                     const Real h )
+    {
+        return 0.5 * Basis::moment( f ) * h * h;
+    }
+
+  private:
+    //! Pressure on faces, and the blend on nodes.
+    template <int Dim>
+    static NodeComponents<Dim + 1> stressComponents()
+    {
+        NodeComponents<Dim + 1> list{};
+        for ( int a = 0; a < Dim; ++a )
+            list[a] = faceComponents<Dim>()[a];
+        return list;
+    }
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,62 @@
+/*!
+  \file method_defaults.hpp
+  \brief Layer 4: what a method need not say.
+
+  A method is a struct with a name, a summary, a default basis, `affine`, a
+  Storage and gridToParticles; the stepper calls the members below in the
+  order of the time step, and a method that has more to do there hides them.
+*/
+#ifndef MACHPOINT_METHOD_DEFAULTS_HPP
+#define MACHPOINT_METHOD_DEFAULTS_HPP
+
+#include <core/transfer.hpp>
+
+namespace Machpoint
+{
+
+//! The members of a method that `paper` and `apic` share.
+struct MethodDefaults
+{
+    //! Layers of nodes beyond those that a particle in the box sees.
+    static constexpr int extra_halo = 0;
+    //! Does the scheme promise a positive energy, so that a step which breaks
+    //! the promise is repeated?
+    static constexpr bool positive_energy = true;
+
+    //! Columns of Nodes::moments and Nodes::velocities.
+    template <int Dim>
+    static constexpr int moment_columns = 1 + 2 * Dim;
+    template <int Dim>
+    static constexpr int velocity_columns = 2 * Dim;
+
+    //! Before anything else: rearrange particles.
+    template <class Basis, int Dim, class StorageType>
+    static void prepare( State<Dim>&, StorageType&, EquationOfState<Dim>& )
+    {
+    }
+
+    //! What the moments' columns are.
+    template <int Dim>
+    static auto momentComponents()
+    {
+        return Machpoint::momentComponents<Dim>();
+    }
+
+    //! What the velocities' columns are.
+    template <int Dim>
+    static auto velocityComponents()
+    {
+        return vectorComponents<Dim, 2>( Parity::velocity );
+    }
+
+    //! Adds to the folded force what needs the grid velocity.
+    template <class Basis, int Dim, class StorageType, class Viscosity>
+    static void stressForce( State<Dim>&, StorageType&, EquationOfState<Dim>&,
+                             const Viscosity& )
+    {
+    }
+};
+
+} // namespace Machpoint
+
+#endif
