@@ -118,19 +118,36 @@ faceValues( const Values<Dim>& before, const Values<Dim>& cell,
     return w;
 }
 
+//! Flux of the conserved values along an axis (Toro 2009, section 1.1).
+//! \param w, U primitive and conserved values of one state
+template <int Dim>
+KOKKOS_INLINE_FUNCTION Values<Dim>
+eulerFlux( const Values<Dim>& w, const Values<Dim>& U, const int axis )
+{
+    const Real u = w[1 + axis];
+    const Real p = w[Dim + 1];
+    Values<Dim> F;
+    for ( int k = 0; k < Dim + 2; ++k )
+        F[k] = U[k] * u;
+    F[1 + axis] += p;
+    F[Dim + 1] += p * u;
+    return F;
+}
+
 /*!
   \brief HLLC flux through a face (Toro, Spruce and Speares 1994; Toro 2009,
-  section 10.4) with the wave-speed bounds of Einfeldt et al. 1991: the outer
-  of each side's own and the Roe average's acoustic speed (Toro 2009, section
-  10.5).
+  section 10.4), or HLL's (Harten, Lax and van Leer 1983), with the wave-speed
+  bounds of Einfeldt et al. 1991: the outer of each side's own and the Roe
+  average's acoustic speed (Toro 2009, section 10.5).
   \param l, r primitive values on the lower and the upper side of the face
   \param axis normal of the face
+  \param with_contact HLLC; without the contact between the two waves it is HLL
   \return flux of the conserved values along the axis
 */
 template <int Dim>
-KOKKOS_INLINE_FUNCTION Values<Dim> hllcFlux( const Values<Dim>& l,
-                                             const Values<Dim>& r,
-                                             const int axis, const Real gamma )
+KOKKOS_INLINE_FUNCTION Values<Dim>
+hllFlux( const Values<Dim>& l, const Values<Dim>& r, const int axis,
+         const Real gamma, const bool with_contact )
 {
     const auto U_l = conserved<Dim>( l, gamma );
     const auto U_r = conserved<Dim>( r, gamma );
@@ -155,32 +172,41 @@ KOKKOS_INLINE_FUNCTION Values<Dim> hllcFlux( const Values<Dim>& l,
         Kokkos::min( u_l - soundSpeed<Dim>( l, gamma ), u_roe - c_roe );
     const Real S_r =
         Kokkos::max( u_r + soundSpeed<Dim>( r, gamma ), u_roe + c_roe );
+    if ( S_l >= 0 )
+        return eulerFlux<Dim>( l, U_l, axis );
+    if ( S_r <= 0 )
+        return eulerFlux<Dim>( r, U_r, axis );
+
+    Values<Dim> F;
+    if ( !with_contact )
+    {
+        const auto F_l = eulerFlux<Dim>( l, U_l, axis );
+        const auto F_r = eulerFlux<Dim>( r, U_r, axis );
+        for ( int k = 0; k < Dim + 2; ++k )
+            F[k] = ( S_r * F_l[k] - S_l * F_r[k] +
+                     S_l * S_r * ( U_r[k] - U_l[k] ) ) /
+                   ( S_r - S_l );
+        return F;
+    }
     // Mass fluxes into the wave pattern from both sides, one of each sign.
     const Real m_l = l[0] * ( S_l - u_l );
     const Real m_r = r[0] * ( S_r - u_r );
     const Real S_star = ( p_r - p_l + m_l * u_l - m_r * u_r ) / ( m_l - m_r );
-
     const bool left = S_star >= 0;
     const auto& w = left ? l : r;
     const auto& U = left ? U_l : U_r;
-    const Real u = left ? u_l : u_r;
-    const Real p = left ? p_l : p_r;
     const Real S = left ? S_l : S_r;
-    Values<Dim> F;
-    for ( int k = 0; k < Dim + 2; ++k )
-        F[k] = U[k] * u;
-    F[1 + axis] += p;
-    F[Dim + 1] += p * u;
-    if ( left ? S >= 0 : S <= 0 )
-        return F;
+    const Real u = w[1 + axis];
     // The star state beside the contact: F* = F + S (U* - U).
     const Real density = w[0] * ( S - u ) / ( S - S_star );
-    const Real energy = U[Dim + 1] / w[0] +
-                        ( S_star - u ) * ( S_star + p / ( w[0] * ( S - u ) ) );
+    const Real energy =
+        U[Dim + 1] / w[0] +
+        ( S_star - u ) * ( S_star + w[Dim + 1] / ( w[0] * ( S - u ) ) );
+    F = eulerFlux<Dim>( w, U, axis );
+    F[0] += S * ( density - U[0] );
     for ( int d = 0; d < Dim; ++d )
         F[1 + d] +=
             S * ( density * ( d == axis ? S_star : w[1 + d] ) - U[1 + d] );
-    F[0] += S * ( density - U[0] );
     F[Dim + 1] += S * ( density * energy - U[Dim + 1] );
     return F;
 }
