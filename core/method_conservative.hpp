@@ -63,6 +63,7 @@ struct Conservative : MethodDefaults
         NodeView stress;
         NodeScatter stress_scatter;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
+        Sidecar<DriftMembers<Dim>>* drift = nullptr;
         //! \name Scratch of heat mixing and pressure relaxation
         //! @{
         NodeView means, sums;
@@ -78,6 +79,8 @@ struct Conservative : MethodDefaults
         {
             state.rates = &state.particles.template addSidecar<RateMembers>(
                 "Machpoint::rates" );
+            drift = &state.particles.template addSidecar<DriftMembers<Dim>>(
+                "Machpoint::drift" );
             if ( parts.changesParticles() )
                 history =
                     &state.particles.template addSidecar<HistoryMembers<Dim>>(
@@ -127,6 +130,14 @@ struct Conservative : MethodDefaults
         }
     }
 
+    //! Half a step of motion.
+    template <class Basis, int Dim>
+    static void drift( State<Dim>& state, Storage<Dim>& storage )
+    {
+        if ( storage.parts.leapfrog )
+            Impl::driftParticles( state, *storage.drift );
+    }
+
     //! Sections 1 and 2: mass, momentum and volume.
     template <class Basis, int Dim>
     static void particlesToGrid( State<Dim>& state, NodeScatter& scatter )
@@ -151,12 +162,13 @@ struct Conservative : MethodDefaults
         if ( parts.viscosity_limiter )
         {
             Impl::limitViscosity( state, faces );
+            state.halo.fill( faces, Impl::allFaceComponents<Dim>() );
             Impl::gatherRates<Basis, true>( state, faces );
         }
         else
             Impl::gatherRates<Basis, false>( state, faces );
         viscosity();
-        if ( parts.midpoint )
+        if ( parts.midpoint || parts.leapfrog )
             gas.advancePressure( state, 0.5 * state.dt );
         Impl::depositStress<Basis>( state, storage.stress,
                                     storage.stress_scatter,
@@ -180,9 +192,9 @@ struct Conservative : MethodDefaults
             state.ledger.energy_in +=
                 Impl::workOfImages<Basis>( state, storage.faces );
         if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
-            Impl::gatherParticles<Basis, true>( state, storage.faces, parts );
+            Impl::gatherParticles<Basis, true>( state, storage.faces, parts, *storage.drift );
         else
-            Impl::gatherParticles<Basis, false>( state, storage.faces, parts );
+            Impl::gatherParticles<Basis, false>( state, storage.faces, parts, *storage.drift );
     }
 
     //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:

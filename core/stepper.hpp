@@ -164,6 +164,7 @@ class Stepper : public Simulation
     void advance()
     {
         auto& state = _scene.state;
+        Method::template drift<Basis>( state, _storage );
         state.images.count = 0;
         each( "images", &Module<Dim>::mirrorParticles );
         {

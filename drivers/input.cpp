@@ -38,7 +38,7 @@ Parameters inputParameters( const int dimension )
                  "B-splines; by default linear for paper, else quadratic" )
         .optional();
     method
-        .choice( "time", { "symplectic", "midpoint" },
+        .choice( "time", { "symplectic", "midpoint", "leapfrog" },
                  "time integrator; midpoint is conservative's default in 2D "
                  "and 3D, and its alone" )
         .optional();

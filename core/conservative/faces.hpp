@@ -29,6 +29,16 @@ NodeComponents<Dim> faceComponents()
 namespace Impl
 {
 
+//! 1/den, differences and limiter: three fields on faces
+template <int Dim>
+NodeComponents<3 * Dim> allFaceComponents()
+{
+    NodeComponents<3 * Dim> list{};
+    for ( int c = 0; c < 3 * Dim; ++c )
+        list[c] = faceComponents<Dim>()[c % Dim];
+    return list;
+}
+
 //! mass, momentum, force, theta
 template <int Dim>
 NodeComponents<1 + 3 * Dim> conservativeMoments()
@@ -116,7 +126,7 @@ void depositParticles( const State<Dim>& state, NodeScatter& scatter )
         "Machpoint::depositParticles", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
             const auto nodes = sums.access();
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ), 1 );
             Vector<Dim> affine[Dim];
             loadAffine<Dim>( C, p, affine );
             depositMoments<Basis, Dim>( nodes, grid, layout, s, m( p ), V( p ),
@@ -241,7 +251,7 @@ void gatherRates( const State<Dim>& state, const NodeView& faces )
     Kokkos::parallel_for(
         "Machpoint::gatherRates", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ), 1 );
             Real D = 0;
             Real normalised = 0;
             Real compression = 0; // sum w |min(d, 0)|
@@ -331,7 +341,7 @@ void depositStress( const State<Dim>& state, NodeView stress,
     Kokkos::parallel_for(
         "Machpoint::depositStress", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ), 1 );
             depositStress<Basis, Dim>( sums.access(), grid, layout, s,
                                        V( p ) * pressure( p ), mixed( p ) );
         } );

@@ -87,6 +87,28 @@ struct Gathered
     }
 };
 
+//! Half a step of motion and of volume change, at the last step's rates.
+template <int Dim>
+void driftParticles( const State<Dim>& state,
+                     Sidecar<DriftMembers<Dim>>& drift )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto beyond = Cabana::slice<DriftVelocity>( drift.data() );
+    const auto expansion = Cabana::slice<MeanExpansion>( drift.data() );
+    const auto start_volume = Cabana::slice<StartVolume>( drift.data() );
+    const Real half = 0.5 * state.dt;
+    Kokkos::parallel_for(
+        "Machpoint::driftParticles", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            start_volume( p ) = V( p );
+            V( p ) *= Kokkos::max( 1 + half * expansion( p ), 0.2 );
+            for ( int d = 0; d < Dim; ++d )
+                x( p, d ) += half * ( v( p, d ) + beyond( p, d ) );
+        } );
+}
+
 /*!
   \brief G2P of `conservative`.
 
@@ -103,8 +125,13 @@ struct Gathered
 */
 template <class Basis, bool Rearranges, int Dim>
 void gatherParticles( const State<Dim>& state, const NodeView& faces,
-                      const ConservativeParts& parts )
+                      const ConservativeParts& parts,
+                      Sidecar<DriftMembers<Dim>>& drift )
 {
+    const auto beyond = Cabana::slice<DriftVelocity>( drift.data() );
+    const auto mean_expansion = Cabana::slice<MeanExpansion>( drift.data() );
+    const auto start_volume = Cabana::slice<StartVolume>( drift.data() );
+    const bool leapfrog = parts.leapfrog;
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto C = state.particles.template slice<VelocityGradient>();
@@ -129,7 +156,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Vector<Dim> old_v = get<Dim>( v, p );
             Vector<Dim> affine[Dim];
             loadAffine<Dim>( C, p, affine );
-            const Stencil<Basis, Dim> s( grid, layout, old_x );
+            const Stencil<Basis, Dim> s( grid, layout, old_x, 1 );
             Gathered<Basis, Dim> g;
             g.template gather<Rearranges>( grid, layout, s, moments, velocities,
                                            faces, old_v, affine );
@@ -140,7 +167,9 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 if ( Rearranges )
                     speed -=
                         ks * c( p ) * Kokkos::clamp( g.crowding[a], -0.5, 0.5 );
-                x( p, a ) = old_x[a] + dt * speed;
+                x( p, a ) = old_x[a] + ( leapfrog ? 0.5 : 1.0 ) * dt * speed;
+                if ( leapfrog )
+                    beyond( p, a ) = speed - v( p, a );
                 g.squares -= g.change[a] * g.change[a];
             }
             Real fitted = 0;  // sum w |C' (x_i - x)|^2
@@ -176,6 +205,12 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 0.5 * ( returned * ( g.mixing + residual ) + fitted - carried );
             e( p ) += loss - dt * pressure( p ) * V( p ) / m( p ) * g.expansion;
             Real volume = V( p ) * Kokkos::max( 1 + dt * g.expansion, 0.2 );
+            if ( leapfrog )
+            {
+                volume = start_volume( p ) +
+                         V( p ) * Kokkos::max( dt * g.expansion, -0.8 );
+                mean_expansion( p ) = g.expansion;
+            }
             if ( Rearranges )
                 volume *=
                     1 - Kokkos::min( kd * dt * Kokkos::sqrt( strain ), 0.5 ) *

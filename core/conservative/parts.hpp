@@ -16,6 +16,7 @@ namespace Machpoint
 struct ConservativeParts
 {
     bool midpoint;             //!< pressure and motion at the half step
+    bool leapfrog;             //!< transfer at the half step, too
     Real least_filling;        //!< of a face, below which pressure thins out
     Real volume_relaxation;    //!< kd
     Real particle_shifting;    //!< ks
@@ -43,7 +44,7 @@ struct ConservativeParts
     //! Default of the input's `time.cfl`. \param time the integrator
     static Real defaultCfl( const std::string& time )
     {
-        return time == "midpoint" ? 0.8 : 0.4;
+        return time == "symplectic" ? 0.4 : 0.8;
     }
 
     //! The keys. Their defaults are those of a dimension; 0 stands for more
@@ -123,6 +124,7 @@ struct ConservativeParts
     //! From the resolved `method` of an input.
     explicit ConservativeParts( const Json& method )
         : midpoint( method.at( "time" ) == "midpoint" ),
+          leapfrog( method.at( "time" ) == "leapfrog" ),
           least_filling( method.at( "least_filling" ) ),
           volume_relaxation( method.at( "volume_relaxation" ) ),
           particle_shifting( method.at( "particle_shifting" ) ),
