@@ -7,6 +7,7 @@
 #ifndef MACHPOINT_METHOD_CONSERVATIVE_HPP
 #define MACHPOINT_METHOD_CONSERVATIVE_HPP
 
+#include <core/conservative/drift.hpp>
 #include <core/conservative/faces.hpp>
 #include <core/conservative/gather.hpp>
 #include <core/conservative/mixing.hpp>
@@ -79,8 +80,9 @@ struct Conservative : MethodDefaults
         {
             state.rates = &state.particles.template addSidecar<RateMembers>(
                 "Machpoint::rates" );
-            drift = &state.particles.template addSidecar<DriftMembers<Dim>>(
-                "Machpoint::drift" );
+            if ( parts.midpoint )
+                drift = &state.particles.template addSidecar<DriftMembers<Dim>>(
+                    "Machpoint::drift" );
             if ( parts.changesParticles() )
                 history =
                     &state.particles.template addSidecar<HistoryMembers<Dim>>(
@@ -130,11 +132,11 @@ struct Conservative : MethodDefaults
         }
     }
 
-    //! Half a step of motion.
+    //! Section 1: half a step of motion, for the integrator midpoint.
     template <class Basis, int Dim>
     static void drift( State<Dim>& state, Storage<Dim>& storage )
     {
-        if ( storage.parts.leapfrog )
+        if ( storage.parts.midpoint )
             Impl::driftParticles( state, *storage.drift );
     }
 
@@ -168,7 +170,7 @@ struct Conservative : MethodDefaults
         else
             Impl::gatherRates<Basis, false>( state, faces );
         viscosity();
-        if ( parts.midpoint || parts.leapfrog )
+        if ( parts.midpoint )
             gas.advancePressure( state, 0.5 * state.dt );
         Impl::depositStress<Basis>( state, storage.stress,
                                     storage.stress_scatter,
@@ -192,9 +194,11 @@ struct Conservative : MethodDefaults
             state.ledger.energy_in +=
                 Impl::workOfImages<Basis>( state, storage.faces );
         if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
-            Impl::gatherParticles<Basis, true>( state, storage.faces, parts, *storage.drift );
+            Impl::gatherParticles<Basis, true>( state, storage.faces, parts,
+                                                storage.drift );
         else
-            Impl::gatherParticles<Basis, false>( state, storage.faces, parts, *storage.drift );
+            Impl::gatherParticles<Basis, false>( state, storage.faces, parts,
+                                                 storage.drift );
     }
 
     //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:

@@ -156,17 +156,6 @@ enum RateMember : std::size_t
     ViscousSpeed     //!< phi (c1 c + c2 h |D|), length/time
 };
 
-//! What a method that drifts for half a step remembers, one entry per
-//! particle; zero for a particle that has just entered.
-template <int Dim>
-using DriftMembers = Cabana::MemberTypes<Real[Dim], Real, Real>;
-enum DriftMember : std::size_t
-{
-    DriftVelocity, //!< of motion, beyond v [Dim]
-    MeanExpansion, //!< D of the last step
-    StartVolume    //!< V at the start of the step
-};
-
 //! The particles of one material.
 template <int Dim>
 class Particles

@@ -206,6 +206,7 @@ template <int Dim>
 void limitViscosity( const State<Dim>& state, const NodeView& faces )
 {
     const auto layout = state.layout;
+    const Real least = 1e-100; // 1/time; ratios to less would overflow
     Kokkos::parallel_for(
         "Machpoint::limitViscosity", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {
@@ -214,7 +215,8 @@ void limitViscosity( const State<Dim>& state, const NodeView& faces )
                 const int stride = layout.stride[a];
                 Real psi = 1;
                 const Real d = faces( i, Dim + a );
-                if ( i >= stride && i + stride < layout.total && d != 0 )
+                if ( i >= stride && i + stride < layout.total &&
+                     Kokkos::abs( d ) > least )
                 {
                     const Real left = faces( i - stride, Dim + a ) / d;
                     const Real right = faces( i + stride, Dim + a ) / d;
@@ -273,7 +275,7 @@ void gatherRates( const State<Dim>& state, const NodeView& faces )
             expansion( p ) = normalised;
             q( p ) = 0;
             Real phi = 1;
-            if ( Limited && compression > 0 )
+            if ( Limited && compression > 0 && sound_speed( p ) > 0 )
             {
                 Real curl = 0;
                 for ( int a = 0; a < Dim; ++a )

@@ -15,8 +15,7 @@ namespace Machpoint
 //! What of `conservative` is on, and how strong. 0 or false: off.
 struct ConservativeParts
 {
-    bool midpoint;             //!< pressure and motion at the half step
-    bool leapfrog;             //!< transfer at the half step, too
+    bool midpoint;             //!< all at the half step, else symplectic
     Real least_filling;        //!< of a face, below which pressure thins out
     Real volume_relaxation;    //!< kd
     Real particle_shifting;    //!< ks
@@ -37,14 +36,11 @@ struct ConservativeParts
     }
 
     //! Default of the key `time`.
-    static const char* defaultTime( const int dimension )
-    {
-        return dimension == 1 ? "symplectic" : "midpoint";
-    }
+    static constexpr const char* default_time = "midpoint";
     //! Default of the input's `time.cfl`. \param time the integrator
     static Real defaultCfl( const std::string& time )
     {
-        return time == "symplectic" ? 0.4 : 0.8;
+        return time == "midpoint" ? 0.8 : 0.4;
     }
 
     //! The keys. Their defaults are those of a dimension; 0 stands for more
@@ -59,7 +55,7 @@ struct ConservativeParts
             .atMost( 1 )
             .defaultsTo( line ? 0.5 : 0.2 )
             .source( "docs/conservative.md, section 3" );
-        p.number( "volume_relaxation", "kd: rate, in units of |C|, at which "
+        p.number( "volume_relaxation", "kd: rate, in units of |D|, at which "
                                        "volumes return to true space; 1D: 0" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 1 )
@@ -124,7 +120,6 @@ struct ConservativeParts
     //! From the resolved `method` of an input.
     explicit ConservativeParts( const Json& method )
         : midpoint( method.at( "time" ) == "midpoint" ),
-          leapfrog( method.at( "time" ) == "leapfrog" ),
           least_filling( method.at( "least_filling" ) ),
           volume_relaxation( method.at( "volume_relaxation" ) ),
           particle_shifting( method.at( "particle_shifting" ) ),
