@@ -1,13 +1,14 @@
 /*!
   \file exact.cpp
-  \brief Exact solutions: Riemann problem, uniform flow, hydrostatic column,
-  piston.
+  \brief Exact solutions: Riemann problem, simple wave, vortex, Noh's problem,
+  uniform flow, hydrostatic column, piston.
 */
 #include <core/exact.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -260,9 +261,180 @@ std::array<Real, 5> RiemannSolution::waveSpeeds() const
 }
 
 //---------------------------------------------------------------------------//
+// Smooth waves, vortex, implosion
+//---------------------------------------------------------------------------//
+namespace
+{
+//! The gas that has c / c0 times the sound speed at the same entropy.
+GasState atSoundSpeed( const GasState& gas, Real ratio, const GasLaw& law )
+{
+    const Real exponent = 2 / ( law.gamma - 1 );
+    const Real offset = law.pressure_offset;
+    return { gas.density * std::pow( ratio, exponent ), gas.velocity,
+             ( gas.pressure + offset ) *
+                     std::pow( ratio, law.gamma * exponent ) -
+                 offset };
+}
+} // namespace
+
+AcousticWave::AcousticWave( const GasState& background,
+                            const Vector<3>& direction, Real position,
+                            Real amplitude, Real wavelength, const GasLaw& law )
+    : _background( background ), _direction( direction ), _position( position ),
+      _amplitude( amplitude ),
+      _wave_number( 2 * std::numbers::pi / wavelength ), _law( law ),
+      _sound_speed(
+          std::sqrt( law.gamma * ( background.pressure + law.pressure_offset ) /
+                     background.density ) )
+{
+    if ( !( amplitude >= 0 && amplitude * ( law.gamma - 1 ) < 2 ) )
+        throw std::invalid_argument( "the amplitude of acoustic_wave must be "
+                                     ">= 0 and < 2 / (gamma - 1), where the "
+                                     "gas turns to vacuum" );
+}
+
+GasState AcousticWave::state( const Vector<3>& x, Real t ) const
+{
+    // Seen from the background, a value that left s travels with
+    // c0 + (gamma + 1) / 2 v( s ); s + speed( s ) t = target has one root.
+    const Real growth = 0.5 * ( _law.gamma + 1 ) * _amplitude * _sound_speed;
+    const Real target = dot<3>( _direction, x ) - _position -
+                        dot<3>( _direction, _background.velocity ) * t -
+                        _sound_speed * t;
+    Real low = target - growth * t, high = target + growth * t;
+    Real s = target;
+    // Newton, halving the bracket where it would leave it; quadratic at the
+    // end, so that the count only guards against the breaking time.
+    for ( int i = 0; i < 100; ++i )
+    {
+        const Real excess =
+            s + growth * t * std::sin( _wave_number * s ) - target;
+        ( excess > 0 ? high : low ) = s;
+        const Real slope =
+            1 + growth * t * _wave_number * std::cos( _wave_number * s );
+        Real next = s - excess / slope;
+        if ( !( next > low && next < high ) )
+            next = 0.5 * ( low + high );
+        if ( std::abs( next - s ) <= 1e-16 * ( 1 / _wave_number ) )
+            break;
+        s = next;
+    }
+    const Real mach = _amplitude * std::sin( _wave_number * s );
+    GasState gas =
+        atSoundSpeed( _background, 1 + 0.5 * ( _law.gamma - 1 ) * mach, _law );
+    for ( int d = 0; d < 3; ++d )
+        gas.velocity[d] += mach * _sound_speed * _direction[d];
+    return gas;
+}
+
+Real AcousticWave::initialSlope( const Vector<3>& x ) const
+{
+    const Real s = dot<3>( _direction, x ) - _position;
+    return _amplitude * _sound_speed * _wave_number *
+           std::cos( _wave_number * s );
+}
+
+Real AcousticWave::breakingTime() const
+{
+    return 2 /
+           ( ( _law.gamma + 1 ) * _amplitude * _sound_speed * _wave_number );
+}
+
+IsentropicVortex::IsentropicVortex( const GasState& stream,
+                                    const Vector<3>& center, Real strength,
+                                    Real radius, const GasLaw& law )
+    : _stream( stream ), _center( center ), _strength( strength ),
+      _radius( radius ), _law( law )
+{
+    if ( !( stateAt( { 0, 0, 0 } ).density > 0 ) )
+        throw std::invalid_argument(
+            "the isentropic_vortex would be hollow: lower its strength or "
+            "raise the pressure" );
+}
+
+GasState IsentropicVortex::stateAt( const Vector<3>& offset ) const
+{
+    const Real x = offset[0] / _radius, y = offset[1] / _radius;
+    const Real swirl = _strength / ( 2 * std::numbers::pi ) *
+                       std::exp( 0.5 * ( 1 - x * x - y * y ) );
+    const Real square = _law.gamma *
+                        ( _stream.pressure + _law.pressure_offset ) /
+                        _stream.density;
+    // c^2 falls by (gamma - 1) / 2 swirl^2.
+    const Real ratio = 1 - 0.5 * ( _law.gamma - 1 ) * swirl * swirl / square;
+    GasState gas =
+        atSoundSpeed( _stream, std::sqrt( std::max( ratio, 0.0 ) ), _law );
+    gas.velocity[0] -= swirl * y;
+    gas.velocity[1] += swirl * x;
+    return gas;
+}
+
+std::array<std::array<Real, 2>, 2>
+IsentropicVortex::gradientAt( const Vector<3>& offset ) const
+{
+    const Real x = offset[0] / _radius, y = offset[1] / _radius;
+    const Real rate = _strength / ( 2 * std::numbers::pi * _radius ) *
+                      std::exp( 0.5 * ( 1 - x * x - y * y ) );
+    return { { { rate * x * y, rate * ( y * y - 1 ) },
+               { rate * ( 1 - x * x ), -rate * x * y } } };
+}
+
+NohSolution::NohSolution( int dimension, const Vector<3>& center, Real density,
+                          Real speed, Real pressure, Real gamma )
+    : _dimension( dimension ), _center( center ), _density( density ),
+      _speed( speed ), _pressure( pressure ), _gamma( gamma )
+{
+}
+
+std::pair<Vector<3>, Real> NohSolution::radial( const Vector<3>& x ) const
+{
+    Vector<3> n = { 0, 0, 0 };
+    for ( int d = 0; d < _dimension; ++d )
+        n[d] = x[d] - _center[d];
+    const Real r = std::hypot( n[0], n[1], n[2] );
+    if ( r > 0 )
+        for ( int d = 0; d < 3; ++d )
+            n[d] /= r;
+    return { n, r };
+}
+
+GasState NohSolution::state( const Vector<3>& x, Real t ) const
+{
+    const auto [n, r] = radial( x );
+    if ( t > 0 && r < 0.5 * ( _gamma - 1 ) * _speed * t )
+    {
+        const Real density =
+            _density * std::pow( ( _gamma + 1 ) / ( _gamma - 1 ), _dimension );
+        return { density,
+                 { 0, 0, 0 },
+                 0.5 * ( _gamma - 1 ) * density * _speed * _speed };
+    }
+    const Real ratio =
+        t > 0 ? std::pow( 1 + _speed * t / r, _dimension - 1 ) : 1;
+    return { _density * ratio,
+             { -_speed * n[0], -_speed * n[1], -_speed * n[2] },
+             _pressure * std::pow( ratio, _gamma ) };
+}
+
+//---------------------------------------------------------------------------//
 // Solutions by name
 //---------------------------------------------------------------------------//
 ExactSolution::~ExactSolution() = default;
+
+GasLaw gasLaw( const Json& input )
+{
+    for ( const Json& effect : input.at( "physics" ) )
+    {
+        if ( effect.at( "type" ) == "ideal_gas" )
+            return { effect.at( "gamma" ).get<Real>(), 0 };
+        if ( effect.at( "type" ) == "stiffened_gas" )
+            return { effect.at( "gamma" ).get<Real>(),
+                     effect.at( "reference_pressure" ).get<Real>() };
+    }
+    throw std::invalid_argument( "/exact: needs an entry of type "
+                                 "\"ideal_gas\" or \"stiffened_gas\" in "
+                                 "/physics" );
+}
 
 namespace
 {
@@ -282,6 +454,22 @@ Vector<3> axisVector( const Json& axis )
     return result;
 }
 
+//! Unit vector of the keys `normal`, or else `axis`.
+Vector<3> unitNormal( const Json& initial )
+{
+    if ( !initial.contains( "normal" ) )
+        return axisVector( initial.at( "axis" ) );
+    Vector<3> normal = toVector3( initial.at( "normal" ) );
+    const Real length = std::hypot( normal[0], normal[1], normal[2] );
+    if ( !( length > 0 ) )
+        throw std::invalid_argument( "/exact: the normal of the " +
+                                     initial.at( "type" ).get<std::string>() +
+                                     " entry in /initial is zero" );
+    for ( int d = 0; d < 3; ++d )
+        normal[d] /= length;
+    return normal;
+}
+
 GasState toGasState( const Json& json )
 {
     return { json.at( "density" ).get<Real>(),
@@ -298,28 +486,6 @@ const Json& firstOfType( const Json& input, const std::string& list,
             return entry;
     throw std::invalid_argument( "/exact: needs an entry of type \"" + type +
                                  "\" in /" + list );
-}
-
-//! What the Riemann problem needs to know of the equation of state.
-struct GasLaw
-{
-    Real gamma;
-    Real pressure_offset;
-};
-
-GasLaw gasLaw( const Json& input )
-{
-    for ( const Json& effect : input.at( "physics" ) )
-    {
-        if ( effect.at( "type" ) == "ideal_gas" )
-            return { effect.at( "gamma" ).get<Real>(), 0 };
-        if ( effect.at( "type" ) == "stiffened_gas" )
-            return { effect.at( "gamma" ).get<Real>(),
-                     effect.at( "reference_pressure" ).get<Real>() };
-    }
-    throw std::invalid_argument( "/exact: needs an entry of type "
-                                 "\"ideal_gas\" or \"stiffened_gas\" in "
-                                 "/physics" );
 }
 
 //! Swaps the x axis and a unit vector by reflection; its own inverse.
@@ -366,20 +532,6 @@ class RiemannExact : public ExactSolution
     Vector<3> _normal;
     Real _position;
     RiemannSolution _solution;
-
-    static Vector<3> unitNormal( const Json& initial )
-    {
-        if ( !initial.contains( "normal" ) )
-            return axisVector( initial.at( "axis" ) );
-        Vector<3> normal = toVector3( initial.at( "normal" ) );
-        const Real length = std::hypot( normal[0], normal[1], normal[2] );
-        if ( !( length > 0 ) )
-            throw std::invalid_argument(
-                "/exact: the normal of the riemann entry in /initial is zero" );
-        for ( int d = 0; d < 3; ++d )
-            normal[d] /= length;
-        return normal;
-    }
 };
 
 //! The same state everywhere and for ever.
@@ -471,7 +623,112 @@ class PistonExact : public ExactSolution
         return gas;
     }
 };
+
+//! A simple wave, until it breaks.
+class AcousticWaveExact : public ExactSolution
+{
+  public:
+    explicit AcousticWaveExact( const Json& input )
+        : _wave( makeAcousticWave(
+              firstOfType( input, "initial", "acoustic_wave" ),
+              gasLaw( input ) ) )
+    {
+        const Real end = input.at( "time" ).at( "end" );
+        if ( end > _wave.breakingTime() )
+            throw std::invalid_argument(
+                "/exact: the wave breaks at t = " +
+                std::to_string( _wave.breakingTime() ) +
+                ", before /time/end; lower its amplitude" );
+    }
+
+    GasState state( const Vector<3>& x, Real t ) const override
+    {
+        return _wave.state( x, t );
+    }
+
+  private:
+    AcousticWave _wave;
+};
+
+//! A vortex in a stream; what leaves through a periodic side comes back.
+class VortexExact : public ExactSolution
+{
+  public:
+    explicit VortexExact( const Json& input )
+        : _vortex( makeIsentropicVortex(
+              firstOfType( input, "initial", "isentropic_vortex" ),
+              gasLaw( input ) ) )
+    {
+        const Json& grid = input.at( "grid" );
+        for ( const Json& entry : input.at( "boundary" ) )
+            if ( entry.at( "type" ) == "periodic" )
+            {
+                const int axis =
+                    entry.at( "side" ).get<std::string>().at( 0 ) - 'x';
+                _period[axis] = grid.at( "upper" ).at( axis ).get<Real>() -
+                                grid.at( "lower" ).at( axis ).get<Real>();
+            }
+    }
+
+    GasState state( const Vector<3>& x, Real t ) const override
+    {
+        Vector<3> offset = { 0, 0, 0 };
+        for ( int d = 0; d < 3; ++d )
+        {
+            offset[d] =
+                x[d] - _vortex.center()[d] - _vortex.stream().velocity[d] * t;
+            // To the nearest image.
+            if ( _period[d] > 0 )
+                offset[d] = std::remainder( offset[d], _period[d] );
+        }
+        return _vortex.stateAt( offset );
+    }
+
+  private:
+    IsentropicVortex _vortex;
+    Vector<3> _period = { 0, 0, 0 }; // 0: not periodic
+};
+
+//! Noh's implosion.
+class NohExact : public ExactSolution
+{
+  public:
+    explicit NohExact( const Json& input )
+        : _noh( makeNoh( firstOfType( input, "initial", "noh" ),
+                         gasLaw( input ) ) )
+    {
+    }
+
+    GasState state( const Vector<3>& x, Real t ) const override
+    {
+        return _noh.state( x, t );
+    }
+
+  private:
+    NohSolution _noh;
+};
 } // namespace
+
+AcousticWave makeAcousticWave( const Json& initial, const GasLaw& law )
+{
+    return { toGasState( initial ),      unitNormal( initial ),
+             initial.at( "position" ),   initial.at( "amplitude" ),
+             initial.at( "wavelength" ), law };
+}
+
+IsentropicVortex makeIsentropicVortex( const Json& initial, const GasLaw& law )
+{
+    return { toGasState( initial ), toVector3( initial.at( "center" ) ),
+             initial.at( "strength" ), initial.at( "radius" ), law };
+}
+
+NohSolution makeNoh( const Json& initial, const GasLaw& law )
+{
+    const Json& center = initial.at( "center" );
+    return { static_cast<int>( center.size() ), toVector3( center ),
+             initial.at( "density" ),           initial.at( "speed" ),
+             initial.at( "pressure" ),          law.gamma };
+}
 
 std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
 {
@@ -484,6 +741,12 @@ std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
 
     try
     {
+        if ( type == "acoustic_wave" )
+            return std::make_unique<AcousticWaveExact>( resolved_input );
+        if ( type == "isentropic_vortex" )
+            return std::make_unique<VortexExact>( resolved_input );
+        if ( type == "noh" )
+            return std::make_unique<NohExact>( resolved_input );
         if ( type == "riemann" )
             return std::make_unique<RiemannExact>( initial( "riemann" ),
                                                    gasLaw( resolved_input ) );
@@ -540,6 +803,16 @@ Family exactFamily()
                                  "on the upper side" )
             .unit( "velocity" );
         solutions.push_back( piston );
+        solutions.emplace_back(
+            "acoustic_wave", "the acoustic_wave of /initial, until it breaks",
+            dimension );
+        if ( dimension != 1 )
+            solutions.emplace_back( "isentropic_vortex",
+                                    "the isentropic_vortex of /initial, "
+                                    "carried along by its stream",
+                                    dimension );
+        solutions.emplace_back(
+            "noh", "the noh of /initial: shock and infalling gas", dimension );
         return solutions;
     };
     return { "exact", members };

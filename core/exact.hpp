@@ -10,6 +10,7 @@
 
 #include <array>
 #include <memory>
+#include <utility>
 
 namespace Machpoint
 {
@@ -109,6 +110,149 @@ class RiemannSolution
     bool _has_vacuum;
 };
 
+//! Ratio of specific heats and \f$ p_\infty \f$ of a stiffened gas; the latter
+//! is 0 for an ideal gas.
+struct GasLaw
+{
+    Real gamma;
+    Real pressure_offset;
+};
+
+//! The law of the equation of state in `physics` of a resolved input.
+//! \throws std::invalid_argument if there is none
+GasLaw gasLaw( const Json& resolved_input );
+
+/*!
+  \brief A sine wave of finite amplitude that runs along a line, up to the
+  time at which it breaks.
+
+  At t = 0 the velocity is \f$ v_0 + A c_0 n \sin( 2 \pi ( n \cdot x - s_0 ) /
+  \lambda ) \f$ with one Riemann invariant and the entropy constant; each value
+  then travels with its own speed v + c.
+
+  Source: L. D. Landau and E. M. Lifshitz, Fluid Mechanics, 2nd ed., 1987,
+  sections 101 and 102 (simple waves).
+*/
+class AcousticWave
+{
+  public:
+    //! \param background state that the wave runs into
+    //! \param direction n, a unit vector
+    //! \param position s_0, where a node of the sine stands
+    //! \param amplitude A, velocity over sound speed, 0 to 2 / (gamma - 1)
+    //! \param wavelength lambda > 0
+    AcousticWave( const GasState& background, const Vector<3>& direction,
+                  Real position, Real amplitude, Real wavelength,
+                  const GasLaw& law );
+
+    //! \param t from 0 to breakingTime()
+    GasState state( const Vector<3>& x, Real t ) const;
+
+    //! d/ds of the velocity along the direction at t = 0, s = n . x.
+    Real initialSlope( const Vector<3>& x ) const;
+
+    //! When characteristics first meet.
+    Real breakingTime() const;
+
+    //! The unit vector along which it runs.
+    const Vector<3>& direction() const { return _direction; }
+
+  private:
+    GasState _background;
+    Vector<3> _direction;
+    Real _position;
+    Real _amplitude;
+    Real _wave_number;
+    GasLaw _law;
+    Real _sound_speed; // of the background
+};
+
+/*!
+  \brief An isentropic vortex that a stream carries along.
+
+  With R the radius, r the distance from the moving centre, S the strength:
+  \f$ v_\theta = S r / (2 \pi R) \exp( ( 1 - r^2 / R^2 ) / 2 ) \f$ and
+  \f$ \delta( p / \rho ) = -( \gamma - 1 ) S^2 / ( 8 \gamma \pi^2 )
+  \exp( 1 - r^2 / R^2 ) \f$ at the stream's entropy. It turns about the z axis.
+
+  Source: H. C. Yee, N. D. Sandham and M. J. Djomehri, J. Comput. Phys. 150
+  (1999) 199, with units made explicit.
+*/
+class IsentropicVortex
+{
+  public:
+    //! \param stream the gas far away
+    //! \param center of the vortex at t = 0 [3]
+    //! \param strength S, a velocity
+    //! \param radius R > 0
+    //! \throws std::invalid_argument if the centre would be colder than cold
+    IsentropicVortex( const GasState& stream, const Vector<3>& center,
+                      Real strength, Real radius, const GasLaw& law );
+
+    //! \param offset x - x_c [3] from the centre at that time
+    GasState stateAt( const Vector<3>& offset ) const;
+
+    //! d v_a / d x_b [2][2] at an offset from the centre.
+    std::array<std::array<Real, 2>, 2>
+    gradientAt( const Vector<3>& offset ) const;
+
+    //! The centre at t = 0.
+    const Vector<3>& center() const { return _center; }
+    //! The gas far away.
+    const GasState& stream() const { return _stream; }
+
+  private:
+    GasState _stream;
+    Vector<3> _center;
+    Real _strength;
+    Real _radius;
+    GasLaw _law;
+};
+
+/*!
+  \brief Cold gas that falls onto a plane, a line or a point.
+
+  A shock runs outwards with speed \f$ ( \gamma - 1 ) u / 2 \f$; within it the
+  gas is at rest at density \f$ \rho_0 ( ( \gamma + 1 ) / ( \gamma - 1 ) )^D
+  \f$, outside it has \f$ \rho_0 ( 1 + u t / r )^{D-1} \f$. Exact for zero
+  initial pressure p0; outside the shock the pressure is taken to follow
+  adiabatically, inside it is that of the cold gas, so that the error is of the
+  order of p0 / (rho0 u^2).
+
+  Source: W. F. Noh, J. Comput. Phys. 72 (1987) 78.
+*/
+class NohSolution
+{
+  public:
+    //! \param dimension D: 1 planar, 2 cylindrical, 3 spherical
+    //! \param center where the gas falls to [3]
+    //! \param density, speed, pressure of the gas at t = 0
+    NohSolution( int dimension, const Vector<3>& center, Real density,
+                 Real speed, Real pressure, Real gamma );
+
+    GasState state( const Vector<3>& x, Real t ) const;
+
+    //! Unit vector away from the centre, 0 there, and the distance.
+    std::pair<Vector<3>, Real> radial( const Vector<3>& x ) const;
+
+  private:
+    int _dimension;
+    Vector<3> _center;
+    Real _density;
+    Real _speed;
+    Real _pressure;
+    Real _gamma;
+};
+
+//! \name The solutions that entries of `initial` describe
+//! \param initial the resolved entry
+//! \throws std::invalid_argument where there is no such gas
+//!@{
+AcousticWave makeAcousticWave( const Json& initial, const GasLaw& law );
+IsentropicVortex makeIsentropicVortex( const Json& initial, const GasLaw& law );
+NohSolution makeNoh( const Json& initial, const GasLaw& law );
+//!@}
+
 //! An exact solution in space and time.
 class ExactSolution
 {
@@ -130,7 +274,11 @@ class ExactSolution
   - `uniform`: the first `uniform` of `initial`, everywhere and for ever;
   - `hydrostatic`: the first `hydrostatic` of `initial`, an isothermal column;
   - `piston_shock`: the first `uniform` of `initial`, into which a piston moves
-    with constant velocity.
+    with constant velocity;
+  - `acoustic_wave`: the first `acoustic_wave` of `initial`, while it is smooth;
+  - `isentropic_vortex`: the first one of `initial`, carried along by its stream
+    and through the sides that are periodic;
+  - `noh`: the first `noh` of `initial`, in infinite space.
 
   \param resolved_input A whole input, checked, with its defaults filled in.
   \return Null if the input has no `exact`.

@@ -126,24 +126,34 @@ std::vector<Parameters> declareInitialStates( const int dimension )
 {
     if constexpr ( K < std::tuple_size_v<InitialStates> )
     {
+        using Type = std::tuple_element_t<K, InitialStates>;
         auto list = declareInitialStates<K + 1>( dimension );
-        list.insert(
-            list.begin(),
-            std::tuple_element_t<K, InitialStates>::declare( dimension ) );
+        // Some states need a plane; 0 stands for all dimensions.
+        if constexpr ( requires { Type::least_dimension; } )
+            if ( dimension != 0 && dimension < Type::least_dimension )
+                return list;
+        list.insert( list.begin(), Type::declare( dimension ) );
         return list;
     }
     return {};
 }
 
 template <std::size_t K = 0>
-std::unique_ptr<InitialState> makeInitialState( const Json& json )
+std::unique_ptr<InitialState> makeInitialState( const Json& json,
+                                                const SceneFacts& facts )
 {
     if constexpr ( K < std::tuple_size_v<InitialStates> )
     {
         using Type = std::tuple_element_t<K, InitialStates>;
         if ( json.at( "type" ) == Type::name )
-            return std::make_unique<Type>( json );
-        return makeInitialState<K + 1>( json );
+        {
+            if constexpr ( std::is_constructible_v<Type, const Json&,
+                                                   const SceneFacts&> )
+                return std::make_unique<Type>( json, facts );
+            else
+                return std::make_unique<Type>( json );
+        }
+        return makeInitialState<K + 1>( json, facts );
     }
     throw std::logic_error( "no initial state " + json.at( "type" ).dump() );
 }
@@ -156,9 +166,18 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
     std::vector<std::unique_ptr<InitialState>> states;
     std::vector<HostShape> regions;
     std::vector<bool> everywhere;
+    const SceneFacts facts{ Dim, gasLaw( input ) };
     for ( const auto& json : input.at( "initial" ) )
     {
-        states.push_back( makeInitialState( json ) );
+        try
+        {
+            states.push_back( makeInitialState( json, facts ) );
+        }
+        catch ( const std::invalid_argument& error )
+        {
+            throw InputError( { fmt::format( "/initial/{}: {}", states.size(),
+                                             error.what() ) } );
+        }
         everywhere.push_back( !json.contains( "region" ) );
         regions.push_back(
             everywhere.back()
@@ -201,23 +220,23 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
                 solid = solid || active.module->isSolid( y );
             if ( solid )
                 continue;
-            // The last entry whose region holds the place wins.
-            int entry = static_cast<int>( states.size() ) - 1;
-            while ( entry >= 0 && !everywhere[entry] &&
-                    regions[entry].distance( y ) >= 0 )
-                --entry;
-            if ( entry < 0 )
-                continue; // a place without gas
             Vector<3> place{};
             for ( int d = 0; d < Dim; ++d )
                 place[d] = y[d];
-            const auto gas = states[entry]->state( place );
+            // Later entries go on top of earlier ones.
+            GasState gas{};
+            Gradient gradient{};
+            for ( std::size_t s = 0; s < states.size(); ++s )
+                if ( everywhere[s] || regions[s].distance( y ) < 0 )
+                    states[s]->apply( place, gas, gradient );
+            if ( gas.density == 0 )
+                continue; // a place without gas
             for ( int a = 0; a < Dim; ++a )
             {
                 x( p, a ) = y[a];
                 v( p, a ) = gas.velocity[a];
                 for ( int b = 0; b < Dim; ++b )
-                    L( p, a, b ) = 0;
+                    L( p, a, b ) = gradient[a][b];
             }
             V( p ) = grid.cellVolume() / state.per_cell;
             m( p ) = gas.density * V( p );

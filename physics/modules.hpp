@@ -10,8 +10,17 @@
 #include <physics/artificial_viscosity.hpp>
 #include <physics/gravity.hpp>
 #include <physics/ideal_gas.hpp>
+#include <physics/initial/acoustic_wave.hpp>
+#include <physics/initial/blast.hpp>
 #include <physics/initial/hydrostatic.hpp>
+#include <physics/initial/isentropic_vortex.hpp>
+#include <physics/initial/kelvin_helmholtz.hpp>
+#include <physics/initial/noh.hpp>
+#include <physics/initial/rayleigh_taylor.hpp>
 #include <physics/initial/riemann.hpp>
+#include <physics/initial/shu_osher.hpp>
+#include <physics/initial/taylor_green.hpp>
+#include <physics/initial/two_blasts.hpp>
 #include <physics/initial/uniform.hpp>
 #include <physics/stiffened_gas.hpp>
 
@@ -31,7 +40,16 @@ using PhysicsModules = ModuleList<
 using InitialStates = std::tuple<
     Uniform,
     Riemann,
-    Hydrostatic
+    Hydrostatic,
+    Blast,
+    IsentropicVortexState,
+    AcousticWaveState,
+    Noh,
+    ShuOsher,
+    TwoBlasts,
+    TaylorGreen,
+    KelvinHelmholtz,
+    RayleighTaylor
 >;
 // clang-format on
 

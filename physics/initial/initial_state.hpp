@@ -11,13 +11,47 @@
 namespace Machpoint
 {
 
-//! A gas state for every place. Host only: it is asked once per particle.
+//! What an initial state may ask about the scene that it is part of.
+struct SceneFacts
+{
+    int dimension; //!< 1 to 3
+    GasLaw gas;    //!< of the equation of state
+};
+
+//! d v_a / d x_b [3][3], 1/time; rows and columns beyond Dim are 0.
+using Gradient = Kokkos::Array<Vector<3>, 3>;
+
+/*!
+  \brief A gas state for every place. Host only: it is asked once per particle.
+
+  It is made from its resolved JSON, and from SceneFacts if it wants them.
+*/
 class InitialState
 {
   public:
     virtual ~InitialState() = default;
+
     //! \param x position, components beyond Dim are 0
     virtual GasState state( const Vector<3>& x ) const = 0;
+
+    //! Gradient of the velocity where it is smooth. A jump has none: it is
+    //! left to the grid, so that states that are uniform but for jumps need
+    //! not override this.
+    virtual Gradient velocityGradient( const Vector<3>& ) const { return {}; }
+
+    /*!
+      \brief Lays this state over that of the entries before it.
+
+      Replaces it, unless the state is one that adds to what there is.
+      \param[in,out] gas of zero density where nothing is yet
+      \param[in,out] gradient of its velocity
+    */
+    virtual void apply( const Vector<3>& x, GasState& gas,
+                        Gradient& gradient ) const
+    {
+        gas = state( x );
+        gradient = velocityGradient( x );
+    }
 };
 
 //! Number of an axis from its validated name.
@@ -31,6 +65,12 @@ inline std::vector<std::string> axisNames( const int dimension )
 {
     const std::vector<std::string> all = { "x", "y", "z" };
     return { all.begin(), all.begin() + ( dimension ? dimension : 3 ) };
+}
+
+//! A vector of zeros, for defaults. \param dimension 0: of all axes
+inline Json zeros( const int dimension )
+{
+    return std::vector<Real>( dimension ? dimension : 3, 0 );
 }
 
 //! Declares the keys of a GasState.
@@ -47,14 +87,43 @@ inline Parameters declareGasState( const std::string& name,
     return p;
 }
 
+//! Up to three numbers as a vector, zeros behind them; zeros if null.
+inline Vector<3> toVector3( const Json& json )
+{
+    Vector<3> result{};
+    for ( std::size_t d = 0; d < json.size(); ++d )
+        result[d] = json[d];
+    return result;
+}
+
 //! Reads what declareGasState declares.
 inline GasState toGasState( const Json& json )
 {
-    GasState state{ json.at( "density" ), {}, json.at( "pressure" ) };
-    int d = 0;
-    for ( const auto& component : json.at( "velocity" ) )
-        state.velocity[d++] = component;
-    return state;
+    return { json.at( "density" ), toVector3( json.at( "velocity" ) ),
+             json.at( "pressure" ) };
+}
+
+//! Declares the keys `axis` and `normal` of a state that varies along a line.
+inline void declareDirection( Parameters& p, const std::string& what )
+{
+    p.choice( "axis", axisNames( p.dimension() ), what ).defaultsTo( "x" );
+    p.vector( "normal", what + ", of any length; overrides axis" ).optional();
+}
+
+//! Reads what declareDirection declares. \return a unit vector
+inline Vector<3> toDirection( const Json& json )
+{
+    Vector<3> n{};
+    if ( !json.contains( "normal" ) )
+    {
+        n[axisNumber( json.at( "axis" ) )] = 1;
+        return n;
+    }
+    n = toVector3( json.at( "normal" ) );
+    const Real length = Kokkos::sqrt( dot<3>( n, n ) );
+    for ( int d = 0; d < 3; ++d )
+        n[d] /= length;
+    return n;
 }
 
 } // namespace Machpoint

@@ -19,11 +19,7 @@ class Riemann : public InitialState
     static Parameters declare( const int dimension )
     {
         Parameters p( name, "two gases that meet at a plane", dimension );
-        p.choice( "axis", axisNames( dimension ), "normal of the plane" )
-            .defaultsTo( "x" );
-        p.vector( "normal", "normal of the plane, of any length; overrides "
-                            "axis" )
-            .optional();
+        declareDirection( p, "normal of the plane" );
         p.number( "position", "of the plane along its unit normal" )
             .unit( "length" );
         p.object( "left",
@@ -36,21 +32,10 @@ class Riemann : public InitialState
     }
 
     explicit Riemann( const Json& json )
-        : _position( json.at( "position" ) ),
+        : _normal( toDirection( json ) ), _position( json.at( "position" ) ),
           _left( toGasState( json.at( "left" ) ) ),
           _right( toGasState( json.at( "right" ) ) )
     {
-        if ( json.contains( "normal" ) )
-        {
-            int d = 0;
-            for ( const auto& component : json.at( "normal" ) )
-                _normal[d++] = component;
-            const Real length = Kokkos::sqrt( dot<3>( _normal, _normal ) );
-            for ( d = 0; d < 3; ++d )
-                _normal[d] /= length;
-        }
-        else
-            _normal[axisNumber( json.at( "axis" ) )] = 1;
     }
 
     GasState state( const Vector<3>& x ) const override
@@ -59,7 +44,7 @@ class Riemann : public InitialState
     }
 
   private:
-    Vector<3> _normal{};
+    Vector<3> _normal;
     Real _position;
     GasState _left;
     GasState _right;
