@@ -1,12 +1,18 @@
 """Random Riemann problems: seeded, over six decades, up to Mach 20."""
+import concurrent.futures
+import json
 import math
 import random
+import shutil
+import statistics
 
 import gas
+from run import ROOT, broken_invariants, execute, settings
 
 SCENE = "input/sod.json"
 CELLS = 200
 SPAN = 0.8  # of the domain that the waves cover at the end
+MOST_STEPS = 100000  # the time step of a cold gas beside a hot one is short
 
 
 def draw(number):
@@ -63,3 +69,46 @@ def overrides(number, cells=CELLS):
         "time.end": end,
         "output": {"every": end, "grid": False},
     }
+
+
+def solve(work, method, number):
+    """One problem by one method: what broke, and L1 of the density over the
+    mass in the domain."""
+    directory = work.output / "runs" / f"draws-{method}" / str(number)
+    scene = json.loads((ROOT / SCENE).read_text())
+    run = execute(work.machpoint, SCENE,
+                  settings(scene, method, overrides(number)), directory, 600)
+    result = {"number": number, "code": run.code, "command": run.command,
+              "vacuum": is_vacuum_forming(*draw(number)), "error": None,
+              "retries": None, "broken": broken_invariants(run, MOST_STEPS)}
+    if run.summary:
+        result["retries"] = run.summary["retries"]
+        result["error"] = run.error() / float(run.read()["mass"].sum())
+    shutil.rmtree(directory, ignore_errors=True)
+    return result
+
+
+def solve_all(work, method, numbers, workers=2):
+    """Results of many problems, kept by the hundred."""
+    results = []
+    with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+        for first in range(0, len(numbers), 100):
+            block = numbers[first:first + 100]
+            key = (f"draws-{method}-{block[0]}-{block[-1]}-{CELLS}-"
+                   f"{work.identity}")
+            results += work.remembered(key, lambda: list(
+                pool.map(lambda n: solve(work, method, n), block)))
+    return results
+
+
+def digest(results):
+    """Counts and errors of many results."""
+    intact = [r for r in results if not r["broken"]]
+    errors = sorted(r["error"] for r in intact if r["error"] is not None)
+    return {"drawn": len(results), "intact": len(intact),
+            "vacuum": sum(r["vacuum"] for r in results),
+            "vacuum_intact": sum(r["vacuum"] for r in intact),
+            "retried": sum(bool(r["retries"]) for r in intact),
+            "median": statistics.median(errors) if errors else None,
+            "tenth": errors[int(0.9 * len(errors))] if errors else None,
+            "worst": errors[-1] if errors else None}

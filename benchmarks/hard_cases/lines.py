@@ -171,7 +171,13 @@ CASES = [
           "order": at_least(1.8, TABLE, 1.77)}),
     Case("translation", "1D", "translation", "uniform stream at Mach 3",
          velocity_error,
-         [{"particles.placement": p} for p in ("lattice", "random")], None,
+         [{"dimension": 1, "particles.placement": p, "time.end": 2,
+           "particles.per_cell": 3,
+           "grid": {"lower": [0], "upper": [1], "cells": [100]},
+           "initial.0.velocity": [3],
+           "boundary": [{"type": "periodic", "side": side}
+                        for side in ("x_lower", "x_upper")]}
+          for p in ("lattice", "random")], None,
          {"max |v - v0|, lattice": at_most(1e-11, TABLE),
           "max |v - v0|, random": at_most(1e-4, TABLE)}),
 ]

@@ -36,7 +36,7 @@ def settings(scene, method, sets):
 
     scene: the input as a dictionary.
     """
-    keys = {"method": dict(METHODS[method])}
+    keys = {"method": dict(sets.get("method", METHODS[method]))}
     midpoint = sets.get("method.time") or (
         "midpoint" if method == "conservative" and scene["dimension"] > 1
         else "symplectic")
@@ -49,7 +49,7 @@ def settings(scene, method, sets):
                            if p["type"] != "artificial_viscosity"]
     for path, value in sets.items():
         # Parts of `conservative` mean nothing to the others.
-        if path == "physics" and method == "paper":
+        if path == "method" or path == "physics" and method == "paper":
             continue
         if path.startswith("method.") and method != "conservative":
             continue

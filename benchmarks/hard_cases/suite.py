@@ -8,10 +8,12 @@ import shutil
 import numpy as np
 
 import lines
+import planes
 import run as runs_of
+import spaces
 from run import ROOT, broken_invariants, execute, settings
 
-CASES = lines.CASES
+CASES = lines.CASES + planes.CASES + spaces.CASES
 
 
 def digest(*parts):
@@ -50,6 +52,11 @@ class Suite:
         self.identity = digest_of_file(self.machpoint)
         (self.output / "results").mkdir(parents=True, exist_ok=True)
 
+    @staticmethod
+    def scene(name):
+        """A shipped input as a dictionary."""
+        return json.loads((ROOT / "input" / f"{name}.json").read_text())
+
     def remembered(self, key, make):
         """The result kept under a key, else made and kept."""
         path = self.output / "results" / f"{key}.json"
@@ -81,11 +88,13 @@ class Suite:
         if not (ROOT / scene).exists():
             result["broken"].append(f"{scene} does not exist")
             return result
-        document = json.loads((ROOT / scene).read_text())
+        document = self.scene(case.scene)
         runs = []
         for number, sets in enumerate(case.variants(self.fast)):
+            document["dimension"] = sets.get("dimension",
+                                             document["dimension"])
             keys = settings(document, method, sets)
-            keys.setdefault("output.every", document["time"]["end"] * 10)
+            keys.setdefault("output.every", 1e9)
             run = execute(self.machpoint, scene, keys,
                           self.output / "runs" / f"{case.name}-{method}" /
                           str(number), case.timeout)
