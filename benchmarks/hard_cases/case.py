@@ -3,6 +3,10 @@ import dataclasses
 import typing
 
 
+# Source of bounds on values that only the fast version measures.
+COARSE = "fast version"
+
+
 @dataclasses.dataclass(frozen=True)
 class Bound:
     """What a measured value must lie between; `source` says who says so."""

@@ -11,6 +11,7 @@ import lines
 import planes
 import run as runs_of
 import spaces
+from case import COARSE
 from run import ROOT, broken_invariants, execute, settings
 
 CASES = lines.CASES + planes.CASES + spaces.CASES
@@ -107,7 +108,10 @@ class Suite:
                 runs.append(run)
                 self._note(result, run)
         if runs and len(runs) == len(case.variants(self.fast)):
-            result["values"] = case.measure(runs)
+            try:
+                result["values"] = case.measure(runs)
+            except (ArithmeticError, LookupError, ValueError) as error:
+                result["broken"].append(f"nothing to measure: {error!r}")
             if case.mirrors:
                 result["values"]["asymmetry"] = asymmetry(runs[-1],
                                                           case.mirrors)
@@ -174,10 +178,14 @@ class Suite:
 
 
 def misses(case, result):
-    """Bounds that a result does not keep: a list of texts."""
+    """Bounds that a result does not keep: a list of texts. At full size that
+    includes bounds of values which were not measured."""
     missed = []
     for label, bound in case.bounds.items():
-        if label in result["values"] and \
-                not bound.holds(result["values"][label]):
-            missed.append(f"{label} = {result['values'][label]} not {bound}")
+        if label in result["values"]:
+            value = result["values"][label]
+            if not bound.holds(value):
+                missed.append(f"{label} = {value} not {bound}")
+        elif not result["fast"] and bound.source != COARSE:
+            missed.append(f"{label} not measured")
     return missed
