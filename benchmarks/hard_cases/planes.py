@@ -436,7 +436,8 @@ CASES = [
           "scatter, 100², 4 per cell": at_most(0.055, TABLE),
           "scatter, 200², 4 per cell": at_most(0.055, TABLE),
           "anisotropy, 100², 4 per cell": at_most(1e-3, TABLE),
-          "anisotropy, 200², 4 per cell": at_most(1e-3, TABLE)},
+          "anisotropy, 200², 4 per cell": at_most(1e-3, TABLE),
+          "energy drift": at_most(1e-12, TABLE, 8e-15)},
          mirrors=(0, 1, "xy")),
     Case("sedov_2d_random", "2D", "sedov_2d", "the same, random placement",
          sedov, [dict(b, **{"particles.placement": "random"})

@@ -119,6 +119,8 @@ class Suite:
                 result["values"].update(case.reference(
                     runs, lambda sets: self._finer(case, document, sets)))
             self._keep_picture(case, method, runs[-1])
+        if "energy drift" in case.bounds:
+            result["values"]["energy drift"] = result["energy_drift"]
         for label, value in result["values"].items():
             if value is not None and not math.isfinite(value):
                 result["values"][label] = None
