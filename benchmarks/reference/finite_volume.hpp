@@ -24,13 +24,21 @@ inline constexpr Real courant_number = 0.4;
 //! The initial state of a resolved entry of `initial`.
 template <class... States>
 std::unique_ptr<InitialState>
-makeInitialState( const Json& json, std::type_identity<std::tuple<States...>> )
+makeInitialState( const Json& json, const SceneFacts& facts,
+                  std::type_identity<std::tuple<States...>> )
 {
     std::unique_ptr<InitialState> state;
-    ( ( json.at( "type" ) == States::name
-            ? void( state = std::make_unique<States>( json ) )
-            : void() ),
-      ... );
+    const auto make = [&]<class State>( std::type_identity<State> )
+    {
+        if ( json.at( "type" ) != State::name )
+            return;
+        if constexpr ( std::is_constructible_v<State, const Json&,
+                                               const SceneFacts&> )
+            state = std::make_unique<State>( json, facts );
+        else
+            state = std::make_unique<State>( json );
+    };
+    ( make( std::type_identity<States>() ), ... );
     return state;
 }
 
@@ -292,11 +300,12 @@ class FiniteVolume
     {
         const auto u = Kokkos::create_mirror_view( _u );
         const auto w = Kokkos::create_mirror_view( _w );
-        std::vector<bool> is_set( _cells.total );
+        std::vector<GasState> gas( _cells.total, GasState{} );
+        const SceneFacts facts{ Dim, gasLaw( input ) };
         for ( const auto& entry : input.at( "initial" ) )
         {
-            const auto state =
-                makeInitialState( entry, std::type_identity<InitialStates>() );
+            const auto state = makeInitialState(
+                entry, facts, std::type_identity<InitialStates>() );
             const bool everywhere = !entry.contains( "region" );
             Shape<Dim, Kokkos::HostSpace> region;
             if ( !everywhere )
@@ -310,17 +319,23 @@ class FiniteVolume
                 Vector<3> place{};
                 for ( int d = 0; d < Dim; ++d )
                     place[d] = x[d];
-                const auto q = primitive<Dim>( state->state( place ) );
-                store<Dim>( w, row, q );
-                store<Dim>( u, row, conserved<Dim>( q, _gamma ) );
-                is_set[row] = true;
+                Gradient gradient{};
+                state->apply( place, gas[row], gradient );
             }
         }
         for ( int row = 0; row < _cells.total; ++row )
-            if ( !is_set[row] && _cells.isOwned( _cells.indices( row ) ) )
+        {
+            if ( gas[row].density > 0 )
+            {
+                const auto q = primitive<Dim>( gas[row] );
+                store<Dim>( w, row, q );
+                store<Dim>( u, row, conserved<Dim>( q, _gamma ) );
+            }
+            else if ( _cells.isOwned( _cells.indices( row ) ) )
                 throw InputError( { "/initial: some cells lie in no region; "
                                     "this program knows no vacuum, so begin "
                                     "with an entry without region" } );
+        }
         Kokkos::deep_copy( _u, u );
         Kokkos::deep_copy( _w, w );
     }

@@ -1,0 +1,109 @@
+"""The hard cases: which method survives them, and how well.
+
+Usage: python3 benchmarks/hard_cases [--fast] [--case NAME]... [--method NAME]...
+           [--machpoint PATH] [--reference PATH] [--output DIR] [--keep]
+           [--draws NUMBER] [--cfl] [--docs]
+
+Prints a line for each case and method and writes DIR/results.json; results are
+kept in DIR, so that a long run can be continued. --draws solves that many
+random Riemann problems too, --cfl searches the largest stable CFL numbers;
+--docs does both, for all cases and methods, and writes docs/stability.md and
+docs/pictures/hard_cases_*.png.
+Exit code: 0 if `conservative` keeps every invariant and bound, else 1.
+"""
+import argparse
+import json
+import pathlib
+import sys
+
+import draws
+import report
+import stable_cfl
+import suite
+from run import METHODS, ROOT, relative
+
+
+def line(case, result):
+    """One line for a terminal."""
+    missed = suite.misses(case, result) \
+        if result["method"] == "conservative" else []
+    verdict = "BROKEN" if result["broken"] else "MISSED" if missed else "ok"
+    values = ", ".join(f"{label} {relative(value)}"
+                       for label, value in result["values"].items())
+    text = (f"{case.name:<20} {result['method']:<13} {verdict:<7}"
+            f"{result['seconds']:7.1f} s  retries {result['retries']}, "
+            f"energy {relative(result['energy_drift'])}; {values}")
+    for problem in result["broken"] + missed:
+        text += f"\n    {problem}"
+    return text
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--fast", action="store_true",
+                        help="seconds instead of hours")
+    parser.add_argument("--case", action="append", metavar="NAME")
+    parser.add_argument("--method", action="append", choices=list(METHODS))
+    parser.add_argument("--machpoint", metavar="PATH",
+                        default=ROOT / "build/openmp/machpoint")
+    parser.add_argument("--reference", metavar="PATH",
+                        help="machpoint_reference; default: beside machpoint")
+    parser.add_argument("--output", metavar="DIR", default="out/hard_cases")
+    parser.add_argument("--keep", action="store_true", help="keep all fields")
+    parser.add_argument("--draws", type=int, metavar="NUMBER", default=None)
+    parser.add_argument("--cfl", action="store_true")
+    parser.add_argument("--docs", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.docs and (arguments.fast or arguments.case or
+                           arguments.method):
+        parser.error("--docs is of all cases and methods at full size")
+
+    names = [case.name for case in suite.CASES]
+    for name in arguments.case or []:
+        if name not in names:
+            parser.error(f"no case {name}; there are {', '.join(names)}")
+    reference = arguments.reference
+    beside = pathlib.Path(arguments.machpoint).parent / "machpoint_reference"
+    if reference is None and beside.exists():
+        reference = beside
+    work = suite.Suite(arguments.machpoint, arguments.output, reference,
+                       arguments.fast, arguments.keep)
+    methods = arguments.method or list(METHODS)
+    results, failed = {}, False
+    for case in suite.CASES:
+        if arguments.case and case.name not in arguments.case:
+            continue
+        for method in methods:
+            if method not in case.methods:
+                continue
+            result = work.measure(case, method)
+            results[case.name, method] = result
+            print(line(case, result), flush=True)
+            failed |= method == "conservative" and bool(
+                result["broken"] or suite.misses(case, result))
+    (work.output / "results.json").write_text(
+        json.dumps(list(results.values()), indent=1))
+
+    number = arguments.draws or (1000 if arguments.docs else 0)
+    found_draws = {}
+    for method in methods if number else []:
+        found_draws[method] = draws.solve_all(work, method, range(number))
+        print(f"{number} random Riemann problems, {method}: " + ", ".join(
+            f"{key} {relative(value)}" for key, value in draws.digest(
+                found_draws[method]).items()), flush=True)
+        for result in found_draws[method]:
+            if method == "conservative" and result["broken"]:
+                failed = True
+                print(f"    {result['broken'][0]}\n    {result['command']}")
+    found_cfl = stable_cfl.table(work) if arguments.cfl or arguments.docs \
+        else None
+    for integrator, found in (found_cfl or {}).items():
+        print(f"largest CFL, {integrator}: " + ", ".join(
+            f"{name} {relative(value)}" for name, value in found.items()))
+    if arguments.docs:
+        report.write(work, results, found_draws, found_cfl)
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main())

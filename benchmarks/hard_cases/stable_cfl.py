@@ -1,0 +1,81 @@
+"""The largest stable CFL number of each method and basis, by bisection."""
+import math
+
+from run import broken_invariants, execute, settings
+
+FIRST = 0.1
+LIMIT = 100.0  # the input's largest
+PRECISION = 1.1  # of the answer, as a factor
+
+# Scene, overrides: all have an exact solution.
+SCENES = {
+    "sod": ("sod", {}),
+    "toro3": ("toro3", {"grid.cells": [100]}),
+    "noh_1d": ("noh_1d", {}),
+    "noh_2d": ("noh_2d", {"grid.cells": [40, 40]}),
+    "vortex": ("isentropic_vortex", {"grid.cells": [32, 32]}),
+}
+# Label: method, its keys.
+INTEGRATORS = {
+    "paper linear": ("paper", {}),
+    "apic linear": ("apic", {"method": {"name": "apic", "basis": "linear"}}),
+    "apic quadratic": ("apic", {}),
+    "apic cubic": ("apic", {"method": {"name": "apic", "basis": "cubic"}}),
+    **{f"conservative {basis} {time}":
+       ("conservative", {"method.basis": basis, "method.time": time})
+       for basis in ("linear", "quadratic", "cubic")
+       for time in ("symplectic", "midpoint")},
+}
+
+
+def attempt(work, name, integrator, cfl):
+    """(whether all went well, L1 of the density) at one CFL number."""
+    scene, sets = SCENES[name]
+    method, keys = INTEGRATORS[integrator]
+    document = work.scene(scene)
+    keys = settings(document, method,
+                    dict(sets, **keys, **{
+                        "time.cfl": cfl, "output.every": 1e9,
+                        "output.grid": False}))
+    directory = work.output / "runs" / f"cfl-{name}-{integrator}".replace(
+        " ", "-")
+    run = execute(work.machpoint, f"input/{scene}.json", keys, directory, 300)
+    # paper loses energy at any time step: that is not about stability.
+    broken = [text for text in broken_invariants(run, 100000)
+              if "total energy" not in text]
+    good = not broken and run.summary["retries"] == 0
+    return good, run.error() if run.summary else math.inf
+
+
+def largest(work, name, integrator):
+    """The largest CFL number, to 10 %, up to which every one tried finishes,
+    repeats no step, keeps the invariants and has at most twice the error of
+    CFL 0.1; None if that one fails itself."""
+    good, error = attempt(work, name, integrator, FIRST)
+    if not good:
+        return None
+
+    def stable(cfl):
+        fine, found = attempt(work, name, integrator, cfl)
+        return fine and found <= 2 * error
+
+    low = high = FIRST
+    while high < LIMIT:
+        high = min(1.5 * low, LIMIT)
+        if not stable(high):
+            break
+        low = high
+    if low >= LIMIT:
+        return LIMIT
+    while high / low > PRECISION:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low
+
+
+def table(work):
+    """{integrator: {scene: largest CFL or None}}."""
+    return {integrator: {name: work.remembered(
+        f"cfl-{name}-{integrator.replace(' ', '-')}-{work.identity}",
+        lambda: largest(work, name, integrator)) for name in SCENES}
+        for integrator in INTEGRATORS}

@@ -1,0 +1,193 @@
+"""Runs hard cases, keeps their results, and judges them."""
+import hashlib
+import json
+import math
+import pathlib
+import shutil
+
+import numpy as np
+
+import lines
+import planes
+import run as runs_of
+import spaces
+from case import COARSE
+from run import ROOT, broken_invariants, execute, settings
+
+CASES = lines.CASES + planes.CASES + spaces.CASES
+
+
+def digest(*parts):
+    text = json.dumps(parts, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def digest_of_file(path):
+    return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()[:12]
+
+
+def asymmetry(run, axes):
+    """Largest difference of the density to its mirror image, relative to the
+    largest density. axes: of the grid, x is 0; "xy" is its diagonal."""
+    rho = run.read("grid")["density"]
+    worst = 0.0
+    for axis in axes:
+        image = rho.T if axis == "xy" else np.flip(rho, rho.ndim - 1 - axis)
+        worst = max(worst, float(abs(rho - image).max() / rho.max()))
+    return worst
+
+
+class Suite:
+    """Where things are, and what was measured so far.
+
+    machpoint, reference: executables; output: results are kept there, one
+    file for each case, method, size and executable; keep: leave fields.
+    """
+
+    def __init__(self, machpoint, output, reference=None, fast=False,
+                 keep=False):
+        self.machpoint = str(pathlib.Path(machpoint).resolve())
+        self.reference = reference and str(pathlib.Path(reference).resolve())
+        self.output = pathlib.Path(output)
+        self.fast, self.keep = fast, keep
+        self.identity = digest_of_file(self.machpoint)
+        (self.output / "results").mkdir(parents=True, exist_ok=True)
+
+    @staticmethod
+    def scene(name):
+        """A shipped input as a dictionary."""
+        return json.loads((ROOT / "input" / f"{name}.json").read_text())
+
+    def remembered(self, key, make):
+        """The result kept under a key, else made and kept."""
+        path = self.output / "results" / f"{key}.json"
+        if path.exists():
+            return json.loads(path.read_text())
+        result = make()
+        temporary = path.with_suffix(".tmp")
+        temporary.write_text(json.dumps(result, indent=1))
+        temporary.rename(path)
+        return result
+
+    def measure(self, case, method):
+        """Result of one case by one method, as JSON."""
+        scene = ROOT / "input" / f"{case.scene}.json"
+        text = scene.read_text() if scene.exists() else ""
+        # Without the reference the same case measures less.
+        key = digest(case.variants(self.fast), text, self.identity,
+                     bool(case.reference and self.reference and not self.fast))
+        size = "fast" if self.fast else "full"
+        return self.remembered(f"{case.name}-{method}-{size}-{key}",
+                               lambda: self._measure(case, method))
+
+    def _measure(self, case, method):
+        scene = f"input/{case.scene}.json"
+        result = {"case": case.name, "method": method, "fast": self.fast,
+                  "commands": [], "broken": [], "values": {}, "retries": 0,
+                  "seconds": 0.0, "particle_steps": 0, "revision": None,
+                  "energy_drift": None, "mass_drift": None, "codes": []}
+        if not (ROOT / scene).exists():
+            result["broken"].append(f"{scene} does not exist")
+            return result
+        document = self.scene(case.scene)
+        runs = []
+        for number, sets in enumerate(case.variants(self.fast)):
+            document["dimension"] = sets.get("dimension",
+                                             document["dimension"])
+            keys = settings(document, method, sets)
+            keys.setdefault("output.every", 1e9)
+            run = execute(self.machpoint, scene, keys,
+                          self.output / "runs" / f"{case.name}-{method}" /
+                          str(number), case.timeout)
+            result["commands"].append(run.command)
+            result["codes"].append(run.code)
+            result["seconds"] += run.seconds
+            broken = broken_invariants(run, case.most_steps)
+            result["broken"] += [f"run {number}: {text}" for text in broken]
+            if run.summary:
+                runs.append(run)
+                self._note(result, run)
+        if runs:
+            try:
+                result["values"] = case.measure(runs)
+            except (ArithmeticError, LookupError, ValueError) as error:
+                result["broken"].append(f"nothing to measure: {error!r}")
+            if case.mirrors:
+                result["values"]["asymmetry"] = asymmetry(runs[-1],
+                                                          case.mirrors)
+            if case.reference and self.reference and not self.fast:
+                result["values"].update(case.reference(
+                    runs, lambda sets: self._finer(case, document, sets)))
+            self._keep_picture(case, method, runs[-1])
+        if "energy drift" in case.bounds:
+            result["values"]["energy drift"] = result["energy_drift"]
+        for label, value in result["values"].items():
+            if value is not None and not math.isfinite(value):
+                result["values"][label] = None
+        if not self.keep:
+            shutil.rmtree(self.output / "runs" / f"{case.name}-{method}",
+                          ignore_errors=True)
+        return result
+
+    @staticmethod
+    def _note(result, run):
+        summary = run.summary
+        result["retries"] += summary["retries"]
+        result["revision"] = summary["revision"]
+        result["particle_steps"] += int(
+            summary["particle_updates_per_second"] * summary["wall_seconds"])
+        for key, name in [("mass_drift", "mass"),
+                          ("energy_drift", "total_energy")]:
+            drift = summary["conservation"][name]
+            if drift is not None:
+                result[key] = max(abs(drift), result[key] or 0.0)
+
+    def _finer(self, case, document, sets):
+        """A run of the finite-volume reference; kept for all methods."""
+        scene = f"input/{case.scene}.json"
+        directory = self.output / "reference" / (
+            f"{case.name}-" + digest(document, sets,
+                                     digest_of_file(self.reference)))
+        if (directory / "summary.json").exists():
+            return runs_of.Run(directory, 0, "", "", 0)
+        return runs_of.execute_reference(self.reference, scene, sets,
+                                         directory, case.timeout)
+
+    def _keep_picture(self, case, method, run):
+        """What a picture needs: a profile in 1D, density on nodes else."""
+        folder = self.output / "pictures"
+        folder.mkdir(exist_ok=True)
+        path = folder / f"{case.name}-{method}.npz"
+        if run.summary["dimension"] == 1:
+            data = run.read()
+            order = np.argsort(data["position"][:, 0])
+            keep = {"x": data["position"][order, 0],
+                    "density": data["density"][order]}
+            if run.files("exact"):
+                exact = run.read("exact")
+                keep.update(exact_x=exact["position"],
+                            exact_density=exact["density"])
+        elif run.files("grid"):
+            data = run.read("grid")
+            rho = data["density"]
+            if rho.ndim == 3:
+                rho = rho[rho.shape[0] // 2]
+            keep = {"density": rho, "lower": data["lower"][:2],
+                    "spacing": data["spacing"][:2]}
+        else:
+            return
+        np.savez_compressed(path, **keep)
+
+
+def misses(case, result):
+    """Bounds that a result does not keep: a list of texts. At full size that
+    includes bounds of values which were not measured."""
+    missed = []
+    for label, bound in case.bounds.items():
+        if label in result["values"]:
+            value = result["values"][label]
+            if not bound.holds(value):
+                missed.append(f"{label} = {value} not {bound}")
+        elif not result["fast"] and bound.source != COARSE:
+            missed.append(f"{label} not measured")
+    return missed

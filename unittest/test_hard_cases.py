@@ -1,0 +1,111 @@
+"""The hard cases of benchmarks/hard_cases in seconds instead of hours.
+
+Every case runs at its small size with the method `conservative`: it has to
+finish, to keep all invariants (run.broken_invariants) and the bounds that hold
+at that size, which are those of the full size where that is small. With them
+100 random Riemann problems. The executable comes from MACHPOINT_EXECUTABLE. A
+case that cannot run is a failure.
+"""
+
+import concurrent.futures
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent /
+                       "benchmarks" / "hard_cases"))
+
+import draws
+import gas
+import stable_cfl
+import suite
+
+METHOD = "conservative"
+DRAWS = 100
+# Two runs at a time with one thread each are faster than one with two.
+os.environ["OMP_NUM_THREADS"] = "1"
+
+
+class HardCases(unittest.TestCase):
+    """Runs everything first, two at a time; one test for each case is made
+    below."""
+
+    @classmethod
+    def setUpClass(cls):
+        scratch = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(scratch.cleanup)
+        work = suite.Suite(os.environ["MACHPOINT_EXECUTABLE"], scratch.name,
+                           fast=True)
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            cls.results = {
+                case.name: pool.submit(work.measure, case, METHOD)
+                for case in suite.CASES}
+        cls.draws = draws.solve_all(work, METHOD, range(DRAWS))
+
+    def check_case(self, case):
+        result = self.results[case.name].result()
+        self.assertEqual(result["broken"], [], result["commands"])
+        self.assertEqual(suite.misses(case, result), [], result["commands"])
+        self.assertEqual(len(result["codes"]), len(case.variants(True)))
+
+    def test_random_riemann_problems(self):
+        self.assertEqual(len(self.draws), DRAWS)
+        self.assertTrue(any(r["vacuum"] for r in self.draws))
+        for result in self.draws:
+            self.assertEqual(result["broken"], [], result["command"])
+
+
+for _case in suite.CASES:
+    def _test(self, case=_case):
+        self.check_case(case)
+    setattr(HardCases, f"test_{_case.name}", _test)
+
+
+class Suite(unittest.TestCase):
+    """What the verdicts rest on."""
+
+    def test_a_bound_can_be_missed(self):
+        case = next(c for c in suite.CASES if c.name == "toro2")
+        label, bound = next(iter(case.bounds.items()))
+        for value, missed in [(bound.high, 0), (1.01 * bound.high, 1),
+                              (None, 1), (float("nan"), 1)]:
+            result = {"values": {label: value}, "fast": False}
+            self.assertEqual(len(suite.misses(case, result)), missed)
+
+    def test_a_bound_of_nothing_is_missed(self):
+        case = next(c for c in suite.CASES if c.name == "toro2")
+        self.assertEqual(len(suite.misses(case, {"values": {}, "fast": False})),
+                         len(case.bounds))
+
+    def test_scenes_are_there(self):
+        for case in suite.CASES:
+            self.assertTrue((pathlib.Path(suite.ROOT) / "input" /
+                             f"{case.scene}.json").exists(), case.name)
+        for name, (scene, _) in stable_cfl.SCENES.items():
+            self.assertIn("exact", suite.Suite.scene(scene), name)
+
+    def test_draws_are_repeatable_and_wide(self):
+        problems = [draws.draw(n) for n in range(1000)]
+        self.assertEqual(problems[7], draws.draw(7))
+        densities = [side[0] for _, *sides in problems for side in sides]
+        self.assertGreater(max(densities) / min(densities), 10**5.8)
+        vacuum = sum(draws.is_vacuum_forming(*p) for p in problems)
+        self.assertTrue(100 < vacuum < 900, vacuum)
+
+    def test_theory(self):
+        """Tabulated values: NACA report 1135; Toro 2009, table 4.1."""
+        self.assertAlmostEqual(gas.pitot_ratio(3, 1.4), 12.06, delta=5e-3)
+        self.assertAlmostEqual(gas.expansion(2, 0.174533, 1.4)[0], 2.385,
+                               delta=1e-3)
+        density, pressure = gas.shock_ratio(2, 1.4)
+        self.assertAlmostEqual(density, 2.6667, delta=1e-4)
+        self.assertAlmostEqual(pressure, 4.5, delta=1e-12)
+        slow, fast = gas.riemann_speeds((1, 0, 1), (0.125, 0, 0.1), 1.4)
+        self.assertAlmostEqual(slow, -1.18322, delta=1e-5)
+        self.assertAlmostEqual(fast, 1.75216, delta=1e-5)
+
+
+if __name__ == "__main__":
+    unittest.main()
