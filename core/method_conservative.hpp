@@ -163,7 +163,7 @@ struct Conservative : MethodDefaults
         Impl::differenceVelocity( state, faces, 0 );
         if ( parts.viscosity_limiter )
         {
-            Impl::limitViscosity( state, faces );
+            Impl::limitFaces( state, faces );
             state.halo.fill( faces, Impl::allFaceComponents<Dim>() );
             Impl::gatherRates<Basis, true>( state, faces );
         }

@@ -5,9 +5,7 @@
 #ifndef MACHPOINT_STEPPER_HPP
 #define MACHPOINT_STEPPER_HPP
 
-#include <core/method_apic.hpp>
-#include <core/method_conservative.hpp>
-#include <core/method_paper.hpp>
+#include <core/method_defaults.hpp>
 #include <core/profile.hpp>
 #include <core/sampling.hpp>
 #include <core/scene.hpp>

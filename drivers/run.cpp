@@ -226,20 +226,26 @@ ExitCode run( const Json& input, const RunOptions& options )
     }
     catch ( const NumericalFailure& failure )
     {
-        // What is in memory is broken; the last output is the last good state.
+        // Without retries there is no copy to return to: what is in memory is
+        // broken, and the last output is the last good state.
+        if ( input.at( "time" ).at( "retries" ) > 0 &&
+             written != simulation->steps() )
+        {
+            write();
+            written = simulation->steps();
+        }
         fmt::print( stderr,
-                    "\nmachpoint: {}\nThe last good state written is "
-                    "that of step {} in {}\n",
+                    "\nmachpoint: {}\nThe last good state, that of step {}, is "
+                    "in {}\n",
                     failure.what(), written, directory.path().string() );
-        fmt::print( "output: {}\n", directory.path().string() );
-        return numerical_failure;
+        code = numerical_failure;
     }
     progress.show( *simulation, true );
-    if ( written != simulation->steps() )
+    if ( code != numerical_failure && written != simulation->steps() )
         write();
     facts.wall_seconds = timer.seconds();
     facts.particle_updates = progress.updates();
-    if ( exact )
+    if ( exact && code != numerical_failure )
         facts.errors = measureErrors( simulation->particleData(), *exact, input,
                                       simulation->time() );
     const Json summary = makeSummary( *simulation, input, facts );

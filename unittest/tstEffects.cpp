@@ -72,6 +72,7 @@ TEST( Effects, baseMethodLaunchesItsOwnKernelsOnly )
     Counts expected = {
         { "Machpoint::idealGas", 21 },      // once before the first step
         { "Machpoint::survey", 21 },        // likewise
+        { "Machpoint::findFault", 20 },     // the guard
         { "Machpoint::cellOfParticle", 1 }, // sorted in step 0
         { "Machpoint::particlesToGrid", 20 },
         { "Machpoint::fold", 40 },
@@ -169,10 +170,86 @@ INSTANTIATE_TEST_SUITE_P( Each, OptionalEffect, testing::Range( 0, 3 ),
                           []( const auto& info )
                           { return effects()[info.param].name; } );
 
-// Nothing is allocated in the time loop of a closed scene, sorts apart.
-TEST( Effects, closedSceneAllocatesNothingInTheLoop )
+// The parts of `conservative` are effects, too: off, they launch nothing and
+// hold nothing.
+struct Part
 {
-    auto input = baseScene();
+    std::string key;
+    Json on, off;
+    std::set<std::string> kernels, memory;
+};
+
+class OptionalPart : public testing::TestWithParam<int>
+{
+};
+
+const std::vector<Part>& parts()
+{
+    static const std::vector<Part> list = {
+        { "viscosity_limiter", true, false, { "Machpoint::limitFaces" }, {} },
+        { "pressure_relaxation",
+          0.05,
+          0,
+          { "Machpoint::cellPressure", "Machpoint::meanCellPressure",
+            "Machpoint::targetPressure", "Machpoint::exchangeVolume" },
+          { "Machpoint::means", "Machpoint::sums" } },
+        { "heat_mixing",
+          2,
+          0,
+          { "Machpoint::sharedHeat", "Machpoint::mixHeat" },
+          { "Machpoint::sums" } },
+        { "split_volume",
+          0.75,
+          0,
+          { "Machpoint::trackStretch" },
+          { "Machpoint::history" } },
+        { "merge_volume",
+          0.125,
+          0,
+          { "Machpoint::countSmall" },
+          { "Machpoint::history" } },
+        { "time",
+          "midpoint",
+          "symplectic",
+          { "Machpoint::driftParticles", "Machpoint::advancePressure" },
+          { "Machpoint::drift" } } };
+    return list;
+}
+
+TEST_P( OptionalPart, costsNothingWhenOff )
+{
+    const auto& part = parts()[GetParam()];
+    auto input = box( 2, 8, 2, "conservative", "quadratic", "periodic" );
+    addViscosity( input );
+    for ( const auto& other : parts() )
+        input["method"][other.key] = other.off;
+    const auto off = tally( input );
+    input["method"][part.key] = part.on;
+    const auto on = tally( input );
+    for ( const auto& label : part.kernels )
+    {
+        EXPECT_EQ( off.kernels.count( label ), 0u ) << label;
+        EXPECT_GT( on.kernels.count( label ), 0u ) << label;
+    }
+    for ( const auto& label : part.memory )
+    {
+        EXPECT_EQ( off.allocations.count( label ), 0u ) << label;
+        EXPECT_GT( on.allocations.count( label ), 0u ) << label;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P( Each, OptionalPart, testing::Range( 0, 6 ),
+                          []( const auto& info )
+                          { return parts()[info.param].key; } );
+
+// Nothing is allocated in the time loop of a closed scene, sorts apart.
+class Method : public testing::TestWithParam<std::string>
+{
+};
+
+TEST_P( Method, allocatesNothingInTheLoopOfAClosedScene )
+{
+    auto input = box( 2, 8, 2, GetParam(), "quadratic", "periodic" );
     input["particles"]["sort_every"] = 1000000;
     addViscosity( input );
     auto run = simulate( input );
@@ -185,5 +262,8 @@ TEST( Effects, closedSceneAllocatesNothingInTheLoop )
     Tools::set_callbacks( former );
     EXPECT_EQ( allocations, Counts{} );
 }
+
+INSTANTIATE_TEST_SUITE_P( Each, Method,
+                          testing::Values( "paper", "apic", "conservative" ) );
 
 } // namespace

@@ -203,12 +203,12 @@ void differenceVelocity( const State<Dim>& state, const NodeView& faces,
   velocity is linear, 0 at a jump.
 */
 template <int Dim>
-void limitViscosity( const State<Dim>& state, const NodeView& faces )
+void limitFaces( const State<Dim>& state, const NodeView& faces )
 {
     const auto layout = state.layout;
     const Real least = 1e-100; // 1/time; ratios to less would overflow
     Kokkos::parallel_for(
-        "Machpoint::limitViscosity", Range( 0, layout.total ),
+        "Machpoint::limitFaces", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {
             for ( int a = 0; a < Dim; ++a )
             {

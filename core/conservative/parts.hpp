@@ -50,10 +50,10 @@ struct ConservativeParts
         Parameters p( "parts", "parts of the method conservative", dimension );
         const bool line = dimension == 1;
         p.number( "least_filling", "share of a face's volume that particles "
-                                   "must fill for the full pressure; 1D: 0.5" )
+                                   "must fill for the full pressure" )
             .above( 0 )
             .atMost( 1 )
-            .defaultsTo( line ? 0.5 : 0.2 )
+            .defaultsTo( 0.2 )
             .source( "docs/conservative.md, section 3" );
         p.number( "volume_relaxation", "kd: rate, in units of |D|, at which "
                                        "volumes return to true space; 1D: 0" )
