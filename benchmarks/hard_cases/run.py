@@ -196,8 +196,8 @@ def broken_invariants(run, most_steps=None):
     for each cell of the longest axis.
     """
     if run.code != 0:
-        last = run.message.splitlines()[-1] if run.message else ""
-        return [f"exit code {run.code}: {last}"]
+        first = run.message.splitlines()[0] if run.message else ""
+        return [f"exit code {run.code}: {first}"]
     broken = []
     summary = run.summary
 

@@ -27,13 +27,13 @@ def digest_of_file(path):
 
 
 def asymmetry(run, axes):
-    """Largest difference of the density to its mirror image, relative to the
-    largest density. axes: of the grid, x is 0; "xy" is its diagonal."""
+    """Mean difference of the nodes' density to its mirror image over the mean
+    density. axes: of the grid, x is 0; "xy" is its diagonal."""
     rho = run.read("grid")["density"]
     worst = 0.0
     for axis in axes:
         image = rho.T if axis == "xy" else np.flip(rho, rho.ndim - 1 - axis)
-        worst = max(worst, float(abs(rho - image).max() / rho.max()))
+        worst = max(worst, float(abs(rho - image).mean() / rho.mean()))
     return worst
 
 
