@@ -1,9 +1,11 @@
 /*!
   \file exact.cpp
-  \brief Exact solutions: Riemann problem, simple wave, vortex, Noh's problem,
+  \brief Exact solutions: Riemann problem, simple wave, vortex, Noh's and
+  Sedov's problems,
   uniform flow, hydrostatic column, piston.
 */
 #include <core/exact.hpp>
+#include <core/sedov.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -689,6 +691,67 @@ class VortexExact : public ExactSolution
     Vector<3> _period = { 0, 0, 0 }; // 0: not periodic
 };
 
+//! The blast of a point explosion in uniform gas, which may move.
+class SedovExact : public ExactSolution
+{
+  public:
+    explicit SedovExact( const Json& input )
+        : _blast( firstOfType( input, "initial", "blast" ) ),
+          _ambient( ambient( input, _blast ) ),
+          _center( toVector3( _blast.at( "center" ) ) ),
+          _dimension( static_cast<int>( _blast.at( "center" ).size() ) ),
+          _solution( _dimension, _blast.at( "energy" ), _ambient.density,
+                     gasLaw( input ).gamma )
+    {
+        if ( gasLaw( input ).pressure_offset != 0 )
+            throw std::invalid_argument( "/exact: sedov needs an ideal gas" );
+    }
+
+    GasState state( const Vector<3>& x, Real t ) const override
+    {
+        Vector<3> n = { 0, 0, 0 };
+        for ( int d = 0; d < _dimension; ++d )
+            n[d] = x[d] - _center[d] - _ambient.velocity[d] * t;
+        const Real r = std::hypot( n[0], n[1], n[2] );
+        GasState gas = _ambient;
+        if ( !( t > 0 ) || r >= _solution.shockRadius( t ) )
+            return gas;
+        const auto radial = _solution.inside( r, t );
+        gas.density = radial.density;
+        gas.pressure = radial.pressure;
+        for ( int d = 0; d < 3 && r > 0; ++d )
+            gas.velocity[d] += radial.velocity * n[d] / r;
+        return gas;
+    }
+
+  private:
+    const Json _blast;
+    GasState _ambient;
+    Vector<3> _center;
+    int _dimension;
+    SedovSolution _solution;
+
+    //! What the blast says of the gas, or else a uniform entry, or else the
+    //! blast's defaults.
+    static GasState ambient( const Json& input, const Json& blast )
+    {
+        GasState gas = { 1, { 0, 0, 0 }, 1e-5 };
+        for ( const Json& entry : input.at( "initial" ) )
+            if ( entry.at( "type" ) == "uniform" )
+            {
+                gas = toGasState( entry );
+                break;
+            }
+        if ( blast.contains( "density" ) )
+            gas.density = blast.at( "density" );
+        if ( blast.contains( "velocity" ) )
+            gas.velocity = toVector3( blast.at( "velocity" ) );
+        if ( blast.contains( "pressure" ) )
+            gas.pressure = blast.at( "pressure" );
+        return gas;
+    }
+};
+
 //! Noh's implosion.
 class NohExact : public ExactSolution
 {
@@ -745,6 +808,8 @@ std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
             return std::make_unique<AcousticWaveExact>( resolved_input );
         if ( type == "isentropic_vortex" )
             return std::make_unique<VortexExact>( resolved_input );
+        if ( type == "sedov" )
+            return std::make_unique<SedovExact>( resolved_input );
         if ( type == "noh" )
             return std::make_unique<NohExact>( resolved_input );
         if ( type == "riemann" )
@@ -813,6 +878,9 @@ Family exactFamily()
                                     dimension );
         solutions.emplace_back(
             "noh", "the noh of /initial: shock and infalling gas", dimension );
+        solutions.emplace_back(
+            "sedov", "the blast of /initial from a point, in cold uniform gas",
+            dimension );
         return solutions;
     };
     return { "exact", members };

@@ -278,7 +278,9 @@ class ExactSolution
   - `acoustic_wave`: the first `acoustic_wave` of `initial`, while it is smooth;
   - `isentropic_vortex`: the first one of `initial`, carried along by its stream
     and through the sides that are periodic;
-  - `noh`: the first `noh` of `initial`, in infinite space.
+  - `noh`: the first `noh` of `initial`, in infinite space;
+  - `sedov`: the first `blast` of `initial`, set free at a point of uniform gas
+    without pressure; outside the shock that gas as it is.
 
   \param resolved_input A whole input, checked, with its defaults filled in.
   \return Null if the input has no `exact`.

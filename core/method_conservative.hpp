@@ -7,6 +7,7 @@
 #ifndef MACHPOINT_METHOD_CONSERVATIVE_HPP
 #define MACHPOINT_METHOD_CONSERVATIVE_HPP
 
+#include <core/conservative/drift.hpp>
 #include <core/conservative/faces.hpp>
 #include <core/conservative/gather.hpp>
 #include <core/conservative/mixing.hpp>
@@ -63,6 +64,7 @@ struct Conservative : MethodDefaults
         NodeView stress;
         NodeScatter stress_scatter;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
+        Sidecar<DriftMembers<Dim>>* drift = nullptr;
         //! \name Scratch of heat mixing and pressure relaxation
         //! @{
         NodeView means, sums;
@@ -78,6 +80,9 @@ struct Conservative : MethodDefaults
         {
             state.rates = &state.particles.template addSidecar<RateMembers>(
                 "Machpoint::rates" );
+            if ( parts.midpoint )
+                drift = &state.particles.template addSidecar<DriftMembers<Dim>>(
+                    "Machpoint::drift" );
             if ( parts.changesParticles() )
                 history =
                     &state.particles.template addSidecar<HistoryMembers<Dim>>(
@@ -127,6 +132,14 @@ struct Conservative : MethodDefaults
         }
     }
 
+    //! Section 1: half a step of motion, for the integrator midpoint.
+    template <class Basis, int Dim>
+    static void drift( State<Dim>& state, Storage<Dim>& storage )
+    {
+        if ( storage.parts.midpoint )
+            Impl::driftParticles( state, *storage.drift );
+    }
+
     //! Sections 1 and 2: mass, momentum and volume.
     template <class Basis, int Dim>
     static void particlesToGrid( State<Dim>& state, NodeScatter& scatter )
@@ -151,6 +164,7 @@ struct Conservative : MethodDefaults
         if ( parts.viscosity_limiter )
         {
             Impl::limitViscosity( state, faces );
+            state.halo.fill( faces, Impl::allFaceComponents<Dim>() );
             Impl::gatherRates<Basis, true>( state, faces );
         }
         else
@@ -180,9 +194,11 @@ struct Conservative : MethodDefaults
             state.ledger.energy_in +=
                 Impl::workOfImages<Basis>( state, storage.faces );
         if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
-            Impl::gatherParticles<Basis, true>( state, storage.faces, parts );
+            Impl::gatherParticles<Basis, true>( state, storage.faces, parts,
+                                                storage.drift );
         else
-            Impl::gatherParticles<Basis, false>( state, storage.faces, parts );
+            Impl::gatherParticles<Basis, false>( state, storage.faces, parts,
+                                                 storage.drift );
     }
 
     //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:

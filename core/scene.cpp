@@ -277,6 +277,10 @@ Scene<Dim> makeScene( const Json& input, const Grid<Dim>& grid,
     state.cfl = input.at( "time" ).at( "cfl" );
     makeModules( input.at( "physics" ), physicsModules<Dim>(), scene );
     makeModules( input.at( "boundary" ), boundaryModules<Dim>(), scene );
+    // Bodies before sides: what a body pushes out of the box must still leave.
+    std::stable_partition( scene.modules.begin(), scene.modules.end(),
+                           []( const auto& active )
+                           { return active.module->sides().empty(); } );
     for ( const auto& active : scene.modules )
         scene.is_open = scene.is_open || active.module->isOpen();
     state.halo = makeHalo( scene, layout );

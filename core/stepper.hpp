@@ -155,6 +155,8 @@ class Stepper : public Simulation
         {
             state.particles.save();
             _saved_ledger = state.ledger;
+            _saved_time = state.time;
+            _saved_step = state.step;
         }
     }
 
@@ -162,6 +164,7 @@ class Stepper : public Simulation
     void advance()
     {
         auto& state = _scene.state;
+        Method::template drift<Basis>( state, _storage );
         state.images.count = 0;
         each( "images", &Module<Dim>::mirrorParticles );
         {
@@ -230,6 +233,8 @@ class Stepper : public Simulation
         auto& state = _scene.state;
         state.particles.restore();
         state.ledger = _saved_ledger;
+        state.time = _saved_time;
+        state.step = _saved_step;
         for ( auto& active : _scene.modules )
             active.module->rejectStep( state );
     }
@@ -371,6 +376,8 @@ class Stepper : public Simulation
     std::int64_t _retries = 0;
     ParticleSurvey _survey;
     Ledger _saved_ledger;
+    Real _saved_time = 0;
+    std::int64_t _saved_step = 0;
     IndexList _keys;
     std::string _limiter;
     Extrema _extrema;

@@ -39,8 +39,8 @@ Parameters inputParameters( const int dimension )
         .optional();
     method
         .choice( "time", { "symplectic", "midpoint" },
-                 "time integrator; midpoint is conservative's default in 2D "
-                 "and 3D, and its alone" )
+                 "time integrator; midpoint is conservative's default, and "
+                 "its alone" )
         .optional();
     // The parts of conservative are its alone, so no default applies yet.
     for ( const auto parts = ConservativeParts::declare( dimension );
@@ -414,8 +414,7 @@ void fillMethodDefaults( Json& input )
           method.at( "name" ) == Paper::name ? Paper::default_basis
                                              : Apic::default_basis );
     fill( method, "time",
-          conservative ? ConservativeParts::defaultTime( dimension )
-                       : "symplectic" );
+          conservative ? ConservativeParts::default_time : "symplectic" );
     if ( conservative )
         for ( const auto parts = ConservativeParts::declare( dimension );
               const auto& part : parts.keys() )

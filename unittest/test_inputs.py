@@ -25,9 +25,16 @@ SCENES = {path.stem: json.loads(path.read_text()) for path in INPUTS}
 
 # The scenes that the project promises; others may join them.
 PROMISED = {
-    "sod", "toro1", "toro2", "toro3", "toro4", "toro5", "sod_2d",
-    "sod_2d_rotated", "sod_3d", "cylinder_mach3", "cylinder_mach3_recycle",
-    "step_mach3", "sphere_mach3", "translation", "gravity_column", "piston"
+    "acoustic_wave", "cylinder_mach10", "cylinder_mach3",
+    "cylinder_mach3_recycle", "double_mach_reflection", "einfeldt_1203",
+    "expansion_corner", "filling", "gas_at_rest_2d", "gravity_column",
+    "isentropic_vortex", "kelvin_helmholtz", "leblanc", "mach100_shock",
+    "moving_contact", "naca0012", "noh_1d", "noh_2d", "noh_3d", "piston",
+    "rayleigh_taylor", "receding", "sedov_2d", "sedov_3d", "shu_osher",
+    "slow_shock", "sod", "sod_2d", "sod_2d_rotated", "sod_3d", "sphere_mach3",
+    "stationary_contact", "stationary_shock", "step_mach3", "taylor_green",
+    "toro1", "toro2", "toro3", "toro4", "toro5", "translation",
+    "translation_2d", "two_blasts", "vacuum", "wedge"
 }
 
 # The first ten steps are short ones, so this many show motion as well.
@@ -83,7 +90,43 @@ def distance(shape, x):
         return numpy.where(
             (outside < 0).all(axis=1), outside.max(axis=1),
             numpy.linalg.norm(numpy.maximum(outside, 0), axis=1))
+    if shape["type"] == "half_space":
+        normal = numpy.array(shape["normal"]) / numpy.linalg.norm(
+            shape["normal"])
+        return (x - shape["point"]) @ normal
+    if shape["type"] == "polygon":
+        return polygon_distance(numpy.array(shape["vertices"]), x)
+    if shape["type"] == "naca4":
+        return polygon_distance(naca_outline(shape), x)
     raise NotImplementedError(shape["type"])
+
+
+def polygon_distance(vertices, x):
+    """Of a convex polygon: exact within, a lower bound outside."""
+    edges = numpy.roll(vertices, -1, axis=0) - vertices
+    normals = numpy.stack([edges[:, 1], -edges[:, 0]], axis=1)
+    normals /= numpy.linalg.norm(normals, axis=1)[:, None]
+    return numpy.max(
+        [(x - v) @ n for v, n in zip(vertices, normals)], axis=0)
+
+
+def naca_outline(shape, points=1000):
+    """A symmetric airfoil, counter-clockwise (Abbott and von Doenhoff 1959).
+
+    It is inscribed, so that it lies within the solid: only a particle that
+    is deeper than the sagitta of its edges is found.
+    """
+    assert shape["digits"].startswith("00")
+    s = (1 - numpy.cos(numpy.linspace(0, numpy.pi, points))) / 2
+    y = int(shape["digits"]) / 20 * (
+        0.2969 * s**0.5 - 0.126 * s - 0.3516 * s**2 + 0.2843 * s**3 -
+        0.1036 * s**4)
+    loop = numpy.concatenate([numpy.stack([s[::-1], y[::-1]], axis=1),
+                              numpy.stack([s[1:-1], -y[1:-1]], axis=1)])
+    angle = numpy.radians(shape.get("angle", 0))
+    c, d = numpy.cos(angle), numpy.sin(angle)
+    return shape["leading_edge"] + shape["chord"] * loop @ numpy.array(
+        [[c, -d], [d, c]])
 
 
 class InputTest(unittest.TestCase):
@@ -182,8 +225,10 @@ class Scene(InputTest):
         self.assertEqual(summary["scene"], scene["scene"])
         self.assertEqual(summary["dimension"], scene["dimension"])
         self.assertEqual(summary["cells"], coarse_cells(scene))
-        self.assertEqual(summary["method"], scene["method"]["name"])
-        self.assertEqual(summary["basis"], scene["method"]["basis"])
+        for key, found in [("name", "method"), ("basis", "basis")]:
+            self.assertEqual(summary[found], summary["input"]["method"][key])
+            if key in scene.get("method", {}):
+                self.assertEqual(summary[found], scene["method"][key])
         self.assertGreater(summary["final_time"], 0)
         self.assertGreater(summary["extrema"]["min_density"], 0)
         # Each entry of the input is accounted for, and nothing else is.
@@ -218,8 +263,10 @@ class Scene(InputTest):
         for entry in self.summary["input"]["boundary"]:
             if entry["type"] == "obstacle":
                 depth = -distance(entry["shape"], data["position"]).min()
-                # Round-off of one distance computed in two ways.
-                self.assertLess(depth, 1e-14)
+                # Round-off of one distance computed in two ways; an airfoil
+                # is two different polygons, which differ by their sagittas.
+                tolerance = 1e-5 if entry["shape"]["type"] == "naca4" else 1e-14
+                self.assertLess(depth, tolerance)
         return data
 
     def check_mass(self, first, last):
@@ -283,6 +330,8 @@ class Scene(InputTest):
                                   for row in rows])
             self.assertTrue(numpy.isfinite(values).all())
             self.assertGreater(values[:, -1].min(), 0)
+            if entry["name"] == "corner":
+                continue  # its one free face looks downstream
             # The stream pushes the body downstream, along x in all scenes.
             impulse = (values[:, 1] * numpy.diff(values[:, 0], prepend=0)).sum()
             self.assertGreater(impulse, 0)

@@ -29,6 +29,16 @@ NodeComponents<Dim> faceComponents()
 namespace Impl
 {
 
+//! 1/den, differences and limiter: three fields on faces
+template <int Dim>
+NodeComponents<3 * Dim> allFaceComponents()
+{
+    NodeComponents<3 * Dim> list{};
+    for ( int c = 0; c < 3 * Dim; ++c )
+        list[c] = faceComponents<Dim>()[c % Dim];
+    return list;
+}
+
 //! mass, momentum, force, theta
 template <int Dim>
 NodeComponents<1 + 3 * Dim> conservativeMoments()
@@ -116,7 +126,7 @@ void depositParticles( const State<Dim>& state, NodeScatter& scatter )
         "Machpoint::depositParticles", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
             const auto nodes = sums.access();
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ), 1 );
             Vector<Dim> affine[Dim];
             loadAffine<Dim>( C, p, affine );
             depositMoments<Basis, Dim>( nodes, grid, layout, s, m( p ), V( p ),
@@ -196,6 +206,7 @@ template <int Dim>
 void limitViscosity( const State<Dim>& state, const NodeView& faces )
 {
     const auto layout = state.layout;
+    const Real least = 1e-100; // 1/time; ratios to less would overflow
     Kokkos::parallel_for(
         "Machpoint::limitViscosity", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {
@@ -204,7 +215,8 @@ void limitViscosity( const State<Dim>& state, const NodeView& faces )
                 const int stride = layout.stride[a];
                 Real psi = 1;
                 const Real d = faces( i, Dim + a );
-                if ( i >= stride && i + stride < layout.total && d != 0 )
+                if ( i >= stride && i + stride < layout.total &&
+                     Kokkos::abs( d ) > least )
                 {
                     const Real left = faces( i - stride, Dim + a ) / d;
                     const Real right = faces( i + stride, Dim + a ) / d;
@@ -241,7 +253,7 @@ void gatherRates( const State<Dim>& state, const NodeView& faces )
     Kokkos::parallel_for(
         "Machpoint::gatherRates", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ), 1 );
             Real D = 0;
             Real normalised = 0;
             Real compression = 0; // sum w |min(d, 0)|
@@ -263,7 +275,7 @@ void gatherRates( const State<Dim>& state, const NodeView& faces )
             expansion( p ) = normalised;
             q( p ) = 0;
             Real phi = 1;
-            if ( Limited && compression > 0 )
+            if ( Limited && compression > 0 && sound_speed( p ) > 0 )
             {
                 Real curl = 0;
                 for ( int a = 0; a < Dim; ++a )
@@ -331,7 +343,7 @@ void depositStress( const State<Dim>& state, NodeView stress,
     Kokkos::parallel_for(
         "Machpoint::depositStress", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ), 1 );
             depositStress<Basis, Dim>( sums.access(), grid, layout, s,
                                        V( p ) * pressure( p ), mixed( p ) );
         } );

@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_CONSERVATIVE_GATHER_HPP
 #define MACHPOINT_CONSERVATIVE_GATHER_HPP
 
+#include <core/conservative/drift.hpp>
 #include <core/conservative/faces.hpp>
 #include <core/conservative/parts.hpp>
 
@@ -25,7 +26,6 @@ struct Gathered
                             //!< hats, whose moment may vanish
     Real squares = 0;       //!< sum w |phi - v|^2
     Real mixing = 0;        //!< sum w beta (2 - beta) |v_i - u|^2
-    Vector<Dim> mean{};     //!< sum w (v_i + v'_i) / 2
     Vector<Dim> ahead{};    //!< sum w v'_i
     Real expansion = 0;     //!< D of the mean velocity, normalised volume
     Real filling = 0;       //!< sum over axes and faces of w (theta - 1)
@@ -58,7 +58,6 @@ struct Gathered
                     change[a] += w * step;
                     squares += w * step * step;
                     mixing += w * beta * ( 2 - beta ) * lag * lag;
-                    mean[a] += w * ( v_i - v[a] + 0.5 * kick );
                     ahead[a] += w * ( v_i - v[a] + kick );
                     for ( int b = 0; b < Dim; ++b )
                         fit[a][b] +=
@@ -81,7 +80,6 @@ struct Gathered
                      } );
         for ( int a = 0; a < Dim; ++a )
         {
-            mean[a] += v[a];
             ahead[a] += v[a];
         }
     }
@@ -91,20 +89,29 @@ struct Gathered
   \brief G2P of `conservative`.
 
   v' = sum w phi, C' = sum w phi (x_i - x)^T / moment,
-  e' = e - dt (p + q) V D / m + loss, V' = V (1 + dt D),
-  x' = x + dt sum w v' (symplectic) or dt sum w (v + v')/2 (midpoint).
+  e' = e - dt (p + q) V D / m + loss, V' = V_start + dt V D,
+  x' = x + part dt sum w v', where all of the step (symplectic) or half of it
+  (midpoint, after driftParticles) is still to go.
 
   loss = (2 beta - beta^2)/2 sum w |u - v_i|^2 + 1/2 sum w |phi - u'|^2 makes
   sum m (e + |v|^2/2 + moment |C|^2/2) exact.
 
-  Where Rearranges: V' *= 1 - min(kd dt |C'|, .5) clip(r - 1, -.5, .5) with r
-  the filling of space around the particle, and x' -= dt ks c clip(g, -.5, .5)
-  with g = h grad theta. Both vanish in uniform motion of a lattice.
+  Where Rearranges: V' *= 1 - min(kd dt |D|, .5) clip(r - 1, -.5, .5) with r
+  the filling of space around the particle, and the velocity of motion loses
+  ks c clip(g, -.5, .5) with g = h grad theta. Uniform motion knows neither.
+  \param drift of the integrator midpoint, else null
 */
 template <class Basis, bool Rearranges, int Dim>
 void gatherParticles( const State<Dim>& state, const NodeView& faces,
-                      const ConservativeParts& parts )
+                      const ConservativeParts& parts,
+                      Sidecar<DriftMembers<Dim>>* drift )
 {
+    using drift_type = typename Sidecar<DriftMembers<Dim>>::aosoa_type;
+    const auto drifted = drift ? drift->data() : drift_type( "none" );
+    const auto extra = Cabana::slice<ExtraVelocity>( drifted );
+    const auto last_expansion = Cabana::slice<LastExpansion>( drifted );
+    const auto start_volume = Cabana::slice<StartVolume>( drifted );
+    const bool midpoint = drift != nullptr;
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto C = state.particles.template slice<VelocityGradient>();
@@ -118,7 +125,6 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto grid = state.grid;
     const auto layout = state.layout;
     const Real dt = state.dt;
-    const bool midpoint = parts.midpoint;
     const Real returned = parts.loss_return ? 1.0 : 0.0;
     const Real kd = parts.volume_relaxation;
     const Real ks = parts.particle_shifting;
@@ -129,23 +135,26 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Vector<Dim> old_v = get<Dim>( v, p );
             Vector<Dim> affine[Dim];
             loadAffine<Dim>( C, p, affine );
-            const Stencil<Basis, Dim> s( grid, layout, old_x );
+            const Stencil<Basis, Dim> s( grid, layout, old_x, 1 );
             Gathered<Basis, Dim> g;
             g.template gather<Rearranges>( grid, layout, s, moments, velocities,
                                            faces, old_v, affine );
+            const Real part = midpoint ? 0.5 : 1.0;
             for ( int a = 0; a < Dim; ++a )
             {
-                v( p, a ) = old_v[a] + g.change[a];
-                Real speed = midpoint ? g.mean[a] : g.ahead[a];
+                const Real new_v = old_v[a] + g.change[a];
+                Real speed = g.ahead[a];
                 if ( Rearranges )
                     speed -=
                         ks * c( p ) * Kokkos::clamp( g.crowding[a], -0.5, 0.5 );
-                x( p, a ) = old_x[a] + dt * speed;
+                x( p, a ) = old_x[a] + part * dt * speed;
+                v( p, a ) = new_v;
+                if ( midpoint )
+                    extra( p, a ) = speed - new_v;
                 g.squares -= g.change[a] * g.change[a];
             }
             Real fitted = 0;  // sum w |C' (x_i - x)|^2
             Real carried = 0; // the same where the particle will be
-            Real strain = 0;  // |C'|^2
             for ( int b = 0; b < Dim; ++b )
             {
                 const Real h = grid.spacing[b];
@@ -166,7 +175,6 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                                            ? g.fit[a][b] / moment
                                            : g.fit[a][b];
                     C( p, a, b ) = slope;
-                    strain += slope * slope;
                     fitted += slope * slope * moment;
                     carried += slope * slope * moment_new;
                 }
@@ -175,11 +183,15 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Real loss =
                 0.5 * ( returned * ( g.mixing + residual ) + fitted - carried );
             e( p ) += loss - dt * pressure( p ) * V( p ) / m( p ) * g.expansion;
-            Real volume = V( p ) * Kokkos::max( 1 + dt * g.expansion, 0.2 );
+            const Real before = midpoint ? start_volume( p ) : V( p );
+            Real volume =
+                before + V( p ) * Kokkos::max( dt * g.expansion, -0.8 );
+            if ( midpoint )
+                last_expansion( p ) = g.expansion;
             if ( Rearranges )
-                volume *=
-                    1 - Kokkos::min( kd * dt * Kokkos::sqrt( strain ), 0.5 ) *
-                            Kokkos::clamp( g.filling / Dim, -0.5, 0.5 );
+                volume *= 1 - Kokkos::min( kd * dt * Kokkos::abs( g.expansion ),
+                                           0.5 ) *
+                                  Kokkos::clamp( g.filling / Dim, -0.5, 0.5 );
             V( p ) = volume;
         } );
 }

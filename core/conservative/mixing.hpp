@@ -84,9 +84,9 @@ struct CellPressure
   \param means, sums [nodes][3] scratch
 */
 template <class Basis, int Dim>
-void relaxPressure( const State<Dim>& state, NodeView means,
-                    NodeView sums, NodeScatter& means_scatter,
-                    NodeScatter& sums_scatter, const Real eta )
+void relaxPressure( const State<Dim>& state, NodeView means, NodeView sums,
+                    NodeScatter& means_scatter, NodeScatter& sums_scatter,
+                    const Real eta )
 {
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
@@ -193,8 +193,8 @@ void relaxPressure( const State<Dim>& state, NodeView means,
   \param sums [nodes][3] scratch
 */
 template <class Basis, int Dim>
-void mixHeat( const State<Dim>& state, NodeView sums,
-              NodeScatter& scatter, const Real ck )
+void mixHeat( const State<Dim>& state, NodeView sums, NodeScatter& scatter,
+              const Real ck )
 {
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
@@ -207,10 +207,13 @@ void mixHeat( const State<Dim>& state, NodeView sums,
     const Range all( 0, state.particles.size() );
     const NodeComponents<2> components{};
 
+    // Shares that no sum would feel are none: they could underflow.
     auto share = KOKKOS_LAMBDA( const int p )
     {
-        return limiter( p ) *
-               Kokkos::min( 1.0, rate * Kokkos::max( -divergence( p ), 0.0 ) );
+        const Real part =
+            limiter( p ) *
+            Kokkos::min( 1.0, rate * Kokkos::max( -divergence( p ), 0.0 ) );
+        return part > 1e-12 ? part : 0.0;
     };
     Kokkos::deep_copy( ExecutionSpace(), sums, 0.0 );
     scatter.reset_except( sums );
@@ -239,12 +242,17 @@ void mixHeat( const State<Dim>& state, NodeView sums,
             if ( part <= 0 )
                 return;
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            Real mean = 0;
+            Real change = 0;
             forEachNode<Basis, Dim>(
                 s, layout,
                 [&]( const StencilNode<Dim>& i )
-                { mean += i.weight * sums( i.row, 1 ) / sums( i.row, 0 ); } );
-            e( p ) += part * ( mean - e( p ) );
+                {
+                    const Real mass = sums( i.row, 0 );
+                    if ( mass > 0 )
+                        change +=
+                            i.weight * ( sums( i.row, 1 ) / mass - e( p ) );
+                } );
+            e( p ) += part * change;
         } );
 }
 

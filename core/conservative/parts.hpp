@@ -15,7 +15,7 @@ namespace Machpoint
 //! What of `conservative` is on, and how strong. 0 or false: off.
 struct ConservativeParts
 {
-    bool midpoint;             //!< pressure and motion at the half step
+    bool midpoint;             //!< all at the half step, else symplectic
     Real least_filling;        //!< of a face, below which pressure thins out
     Real volume_relaxation;    //!< kd
     Real particle_shifting;    //!< ks
@@ -36,10 +36,7 @@ struct ConservativeParts
     }
 
     //! Default of the key `time`.
-    static const char* defaultTime( const int dimension )
-    {
-        return dimension == 1 ? "symplectic" : "midpoint";
-    }
+    static constexpr const char* default_time = "midpoint";
     //! Default of the input's `time.cfl`. \param time the integrator
     static Real defaultCfl( const std::string& time )
     {
@@ -58,7 +55,7 @@ struct ConservativeParts
             .atMost( 1 )
             .defaultsTo( line ? 0.5 : 0.2 )
             .source( "docs/conservative.md, section 3" );
-        p.number( "volume_relaxation", "kd: rate, in units of |C|, at which "
+        p.number( "volume_relaxation", "kd: rate, in units of |D|, at which "
                                        "volumes return to true space; 1D: 0" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 1 )

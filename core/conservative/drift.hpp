@@ -1,0 +1,63 @@
+/*!
+  \file drift.hpp
+  \brief The integrator `midpoint` of `conservative`: drift, kick, drift
+  (docs/conservative.md, section 1).
+*/
+#ifndef MACHPOINT_CONSERVATIVE_DRIFT_HPP
+#define MACHPOINT_CONSERVATIVE_DRIFT_HPP
+
+#include <core/module.hpp>
+
+namespace Machpoint
+{
+
+//! What a particle remembers of its last step; zero for one that has just
+//! entered.
+template <int Dim>
+using DriftMembers = Cabana::MemberTypes<Real[Dim], Real, Real>;
+
+//! Names of the members.
+enum DriftMember : std::size_t
+{
+    ExtraVelocity, //!< velocity of motion less v [Dim], length/time
+    LastExpansion, //!< D of the last step, 1/time
+    StartVolume    //!< V at the start of this step
+};
+
+namespace Impl
+{
+
+/*!
+  \brief Half a step of motion and expansion at the rates of the last step:
+  x += dt/2 U, V *= 1 + dt/2 D.
+
+  Transfer, force and work then act at the half step, which makes the step
+  second order in any dimension; see gatherParticles for the other half. A
+  particle may stand up to half a cell outside the box meanwhile: the halo's
+  nodes carry what it deposits to where its image belongs.
+*/
+template <int Dim>
+void driftParticles( const State<Dim>& state,
+                     Sidecar<DriftMembers<Dim>>& drift )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto extra = Cabana::slice<ExtraVelocity>( drift.data() );
+    const auto expansion = Cabana::slice<LastExpansion>( drift.data() );
+    const auto start_volume = Cabana::slice<StartVolume>( drift.data() );
+    const Real half = 0.5 * state.dt;
+    Kokkos::parallel_for(
+        "Machpoint::driftParticles", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            start_volume( p ) = V( p );
+            V( p ) *= Kokkos::max( 1 + half * expansion( p ), 0.2 );
+            for ( int d = 0; d < Dim; ++d )
+                x( p, d ) += half * ( v( p, d ) + extra( p, d ) );
+        } );
+}
+
+} // namespace Impl
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,67 @@
+/*!
+  \file sedov.hpp
+  \brief Self-similar solution of a point explosion; host only.
+*/
+#ifndef MACHPOINT_SEDOV_HPP
+#define MACHPOINT_SEDOV_HPP
+
+#include <core/types.hpp>
+
+namespace Machpoint
+{
+
+/*!
+  \brief Energy set free at t = 0 on a plane, a line or at a point of an ideal
+  gas of uniform density and no pressure.
+
+  Density, velocity and pressure over their values behind the shock are known
+  functions of one parameter; the energy integral, which fixes where the shock
+  is, is taken numerically (to 1e-9).
+
+  Source: L. I. Sedov, Similarity and Dimensional Methods in Mechanics, Academic
+  Press, 1959, chapter IV, in the form of J. R. Kamm and F. X. Timmes, Los
+  Alamos report LA-UR-07-2849 (2007), section 2, for uniform density.
+*/
+class SedovSolution
+{
+  public:
+    //! \param dimension j: 1 planar, 2 cylindrical, 3 spherical
+    //! \param energy in all space, per area or length for j = 1 or 2
+    //! \param density of the undisturbed gas
+    //! \param gamma > 1, not 2; below 7 if j = 3
+    //! \throws std::invalid_argument for other gamma, or no energy
+    SedovSolution( int dimension, Real energy, Real density, Real gamma );
+
+    //! Radius of the shock at t >= 0.
+    Real shockRadius( Real t ) const;
+
+    //! Radial motion of the gas.
+    struct Radial
+    {
+        Real density;
+        Real velocity; //!< away from the centre
+        Real pressure;
+    };
+
+    //! The gas inside the shock. \param r from 0 to shockRadius( t ), t > 0
+    Radial inside( Real r, Real t ) const;
+
+  private:
+    //! Fractions of the values behind the shock, and of its radius.
+    struct Profile
+    {
+        Real radius, velocity, density, pressure;
+    };
+    Profile profile( Real w ) const;
+    Profile profileAt( Real radius ) const;
+
+    int _dimension;
+    Real _density;
+    Real _gamma;
+    Real _shock_parameter; // w at the shock; it is 0 at the centre
+    Real _scale;           // shock radius at t = 1
+};
+
+} // namespace Machpoint
+
+#endif

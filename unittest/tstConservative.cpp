@@ -1,0 +1,282 @@
+// The method `conservative` and its parts: what each promises exactly.
+#include "scenes.hpp"
+
+#include <core/basis.hpp>
+#include <core/random.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace
+{
+
+using namespace Machpoint;
+using namespace Test;
+
+const std::vector<std::string> bases = { "linear", "quadratic", "cubic" };
+const std::vector<std::string> boundaries = { "slip_wall", "no_slip_wall",
+                                              "periodic", "outflow" };
+
+template <class Basis>
+class HalfwayTest : public testing::Test
+{
+};
+using Bases = testing::Types<Linear, Quadratic, Cubic>;
+TYPED_TEST_SUITE( HalfwayTest, Bases );
+
+// The weights between nodes are positive, sum to one, and their differences
+// are the gradients of the node weights: d_a w_i = (w_(i-1/2) - w_(i+1/2)) / h.
+TYPED_TEST( HalfwayTest, differencesAreTheGradients )
+{
+    const Grid<2> grid( { 0, 0 }, { 1, 3 }, { 5, 6 } );
+    const auto layout = nodeLayout<TypeParam>( grid );
+    constexpr int n = TypeParam::nodes;
+    for ( int k = 0; k < 50; ++k )
+    {
+        const Vector<2> x = { uniformRandom( 1, k, 0 ),
+                              3 * uniformRandom( 1, k, 1 ) };
+        const Stencil<TypeParam, 2> s( grid, layout, x );
+        const HalfwayWeights<TypeParam, 2> halfway( grid, s );
+        for ( int d = 0; d < 2; ++d )
+        {
+            Real sum = 0, slopes = 0;
+            for ( int i = 0; i < n; ++i )
+            {
+                const Real before = i > 0 ? halfway.c[d][i - 1] : 0.0;
+                const Real after = i < n - 1 ? halfway.c[d][i] : 0.0;
+                EXPECT_NEAR( s.dw[d][i] * grid.spacing[d], before - after,
+                             1e-13 );
+                if ( i < n - 1 )
+                {
+                    EXPECT_GE( after, -1e-15 );
+                    sum += after;
+                    slopes += halfway.dc[d][i];
+                }
+            }
+            EXPECT_NEAR( sum, 1, 1e-14 );
+            EXPECT_NEAR( slopes, 0, 1e-14 );
+            // The slopes are the weights' derivatives.
+            const Real step = 1e-6 * grid.spacing[d];
+            auto y = x;
+            y[d] += grid.cell( x[d] + step, d ) == grid.cell( x[d], d ) ? step
+                                                                        : -step;
+            const Stencil<TypeParam, 2> moved( grid, layout, y );
+            const HalfwayWeights<TypeParam, 2> other( grid, moved );
+            for ( int i = 0; i < n - 1; ++i )
+                EXPECT_NEAR( ( other.c[d][i] - halfway.c[d][i] ) /
+                                 ( y[d] - x[d] ) * grid.spacing[d],
+                             halfway.dc[d][i], 1e-5 );
+        }
+    }
+}
+
+class AnyBox
+    : public testing::TestWithParam<std::tuple<int, std::string, std::string>>
+{
+};
+
+// A uniform pressure exerts no force, however the particles lie, beside any
+// side: the faces are normalised by the volume that they receive.
+TEST_P( AnyBox, uniformPressureHasNoForce )
+{
+    const auto [dimension, basis, boundary] = GetParam();
+    const int cells[] = { 20, 8, 4 };
+    auto input = box( dimension, cells[dimension - 1], 2, "conservative", basis,
+                      boundary );
+    addViscosity( input );
+    input["particles"]["placement"] = "random";
+    auto run = simulate( input );
+    advance( *run, 100 );
+    const auto data = run->particleData();
+    EXPECT_LE( largest( data.velocity ), 1e-11 );
+    for ( const Real pressure : data.pressure )
+        EXPECT_NEAR( pressure, 1, 1e-10 );
+}
+
+INSTANTIATE_TEST_SUITE_P( Everywhere, AnyBox,
+                          testing::Combine( testing::Values( 1, 2, 3 ),
+                                            testing::ValuesIn( bases ),
+                                            testing::ValuesIn( boundaries ) ) );
+
+//! Every particle by id: position, velocity, density, energy.
+std::map<std::int64_t, std::vector<Real>> byId( Simulation& run )
+{
+    const auto data = run.particleData();
+    const int dim = run.dimension();
+    std::map<std::int64_t, std::vector<Real>> list;
+    for ( std::size_t p = 0; p < data.id.size(); ++p )
+    {
+        auto& row = list[data.id[p]];
+        for ( int d = 0; d < dim; ++d )
+        {
+            row.push_back( data.position[p * dim + d] );
+            row.push_back( data.velocity[p * dim + d] );
+        }
+        row.push_back( data.density[p] );
+        row.push_back( data.specific_internal_energy[p] );
+    }
+    return list;
+}
+
+// A plane that follows the grid reflects by images as the box's own wall does
+// by its halo.
+TEST( Images, areTheWallsHaloOnAGridPlane )
+{
+    for ( const auto& basis : bases )
+        for ( const std::string time : { "symplectic", "midpoint" } )
+        {
+            auto wall = shockTube( 2, 12, 2, "conservative", basis );
+            addViscosity( wall );
+            wall["method"]["time"] = time;
+            wall["method"]["split_volume"] = 0; // ids stay comparable
+            wall["method"]["merge_volume"] = 0;
+            wall["time"]["cfl"] = 0.4;
+            auto plane = wall;
+            plane["grid"]["upper"] = { 1.5, 1.0 };
+            plane["grid"]["cells"] = { 18, 12 };
+            plane["boundary"].push_back( { { "type", "obstacle" },
+                                           { "image_reach", 4 },
+                                           { "shape",
+                                             { { "type", "half_space" },
+                                               { "point", { 1, 0 } },
+                                               { "normal", { -1, 0 } } } } } );
+            auto a = simulate( wall ), b = simulate( plane );
+            advanceTo( *a, 0.5 );
+            advanceTo( *b, 0.5 );
+            // Ids count cells, so they differ; positions identify.
+            const auto x = a->particleData(), y = b->particleData();
+            ASSERT_EQ( x.mass.size(), y.mass.size() );
+            auto sorted = []( const ParticleData& data )
+            {
+                std::map<std::pair<long, long>, Real> list;
+                for ( std::size_t p = 0; p < data.mass.size(); ++p )
+                    list[{ std::lround( data.position[2 * p + 1] * 1e6 ),
+                           std::lround( data.position[2 * p] * 1e6 ) }] =
+                        data.density[p];
+                return list;
+            };
+            const auto first = sorted( x ), second = sorted( y );
+            ASSERT_EQ( first.size(), x.mass.size() );
+            for ( const auto& [place, density] : first )
+            {
+                ASSERT_TRUE( second.count( place ) ) << basis << time;
+                EXPECT_NEAR( density, second.at( place ), 1e-9 )
+                    << basis << time;
+            }
+        }
+}
+
+struct Part
+{
+    const char* key;
+    Json on;
+    int dimension;
+};
+
+class Parts : public testing::TestWithParam<std::tuple<int, std::string>>
+{
+};
+
+const std::vector<Part>& parts()
+{
+    static const std::vector<Part> list = {
+        { "pressure_relaxation", 0.1, 1 }, { "pressure_relaxation", 0.1, 2 },
+        { "heat_mixing", 2, 1 },           { "heat_mixing", 2, 2 },
+        { "split_volume", 0.3, 1 },        { "split_volume", 0.3, 2 },
+        { "split_volume", 0.2, 3 },        { "merge_volume", 0.4, 1 },
+        { "merge_volume", 0.4, 2 },        { "merge_volume", 0.4, 3 },
+        { "volume_relaxation", 1, 2 },     { "particle_shifting", 0.2, 2 },
+        { "blend_in_compression", 20, 2 } };
+    return list;
+}
+
+//! Gas with everything but one part off.
+Json only( const Part& part, const std::string& basis )
+{
+    const int cells[] = { 50, 16, 8 };
+    auto input =
+        shockTube( part.dimension, cells[part.dimension - 1],
+                   part.dimension == 3 ? 2 : 3, "conservative", basis );
+    addViscosity( input );
+    for ( auto& side : input["boundary"] )
+        side["type"] = "periodic";
+    input["particles"]["placement"] = "random";
+    for ( const char* key :
+          { "pressure_relaxation", "heat_mixing", "split_volume",
+            "merge_volume", "volume_relaxation", "particle_shifting",
+            "blend_in_compression" } )
+        input["method"][key] = 0;
+    input["method"][part.key] = part.on;
+    return input;
+}
+
+// Each part alone keeps mass, momentum and energy, and does something.
+TEST_P( Parts, conserveAlone )
+{
+    const auto part = parts().at( std::get<0>( GetParam() ) );
+    const auto basis = std::get<1>( GetParam() );
+    const auto label =
+        fmt::format( "{} {} {}D", part.key, basis, part.dimension );
+    auto with = only( part, basis );
+    auto off = with;
+    off["method"][part.key] = 0;
+    auto a = simulate( with ), b = simulate( off );
+    const auto before = a->totals();
+    const auto volume = [&]( Simulation& run )
+    {
+        Real sum = 0;
+        for ( const Real V : run.particleData().volume )
+            sum += V;
+        return sum;
+    };
+    advanceTo( *a, 0.1 );
+    advanceTo( *b, 0.1 );
+    const auto after = a->totals();
+    EXPECT_NEAR( after.mass, before.mass, 1e-14 * before.mass ) << label;
+    EXPECT_NEAR( after.energy(), before.energy(), 1e-12 * before.energy() )
+        << label;
+    for ( int d = 0; d < part.dimension; ++d )
+        EXPECT_NEAR( after.momentum[d], 0, 1e-13 ) << label;
+    EXPECT_NEAR( volume( *a ), volume( *b ), 0.05 ) << label;
+    // Hats have no slope of the filling within a cell, so nothing shifts.
+    if ( !( basis == "linear" &&
+            part.key == std::string( "particle_shifting" ) ) )
+    {
+        EXPECT_NE( byId( *a ), byId( *b ) ) << label;
+    }
+    const auto ids = a->particleData().id;
+    EXPECT_EQ( std::set<std::int64_t>( ids.begin(), ids.end() ).size(),
+               ids.size() );
+    const std::string key = part.key;
+    if ( key == "split_volume" )
+    {
+        EXPECT_GT( a->particles(), b->particles() ) << label;
+    }
+    if ( key == "merge_volume" )
+    {
+        EXPECT_LT( a->particles(), b->particles() ) << label;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P( Each, Parts,
+                          testing::Combine( testing::Range( 0, 13 ),
+                                            testing::ValuesIn( bases ) ) );
+
+// A key that only `conservative` understands is an error elsewhere.
+TEST( Parts, belongToConservative )
+{
+    auto input = box( 1, 10, 2, "apic", "quadratic", "slip_wall" );
+    input["method"]["heat_mixing"] = 2;
+    EXPECT_THROW( simulate( input ), InputError );
+    input["method"]["name"] = "conservative";
+    EXPECT_NO_THROW( simulate( input ) );
+    input["method"]["name"] = "paper";
+    input["method"].erase( "heat_mixing" );
+    input["method"]["time"] = "midpoint";
+    EXPECT_THROW( simulate( input ), InputError );
+}
+
+} // namespace
