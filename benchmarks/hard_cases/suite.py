@@ -12,7 +12,7 @@ import planes
 import run as runs_of
 import spaces
 from case import COARSE
-from run import ROOT, broken_invariants, execute, settings
+from run import METHODS, ROOT, broken_invariants, execute, settings
 
 CASES = lines.CASES + planes.CASES + spaces.CASES
 
@@ -74,7 +74,7 @@ class Suite:
         scene = ROOT / "input" / f"{case.scene}.json"
         text = scene.read_text() if scene.exists() else ""
         # Without the reference the same case measures less.
-        key = digest(case.variants(self.fast), text, self.identity,
+        key = digest(case.variants(self.fast), METHODS, text, self.identity,
                      bool(case.reference and self.reference and not self.fast))
         size = "fast" if self.fast else "full"
         return self.remembered(f"{case.name}-{method}-{size}-{key}",
