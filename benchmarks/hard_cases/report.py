@@ -48,6 +48,11 @@ def machine():
         f"{os.cpu_count()} cores"
 
 
+def cell(text):
+    """Text for a cell of a table."""
+    return str(text).replace("|", "\\|")
+
+
 def verdict(case, result):
     if result["broken"]:
         return "broken"
@@ -70,7 +75,7 @@ def case_table(cases, results):
                                for label, value in result["values"].items())
             rows.append(
                 f"| {case.name}: {case.about} | `{method}` | "
-                f"{verdict(case, result)} | {values or '-'} | "
+                f"{verdict(case, result)} | {cell(values or '-')} | "
                 f"{relative(result['energy_drift'])} | {result['retries']} |")
             if result["broken"]:
                 count = len(result["broken"])
@@ -93,7 +98,7 @@ def bound_table(cases, results):
                 continue
             value = result["values"].get(label)
             kept = "yes" if bound.holds(value) else "**no**"
-            rows.append(f"| {case.name} | {label} | {bound} | {bound.source} | "
+            rows.append(f"| {case.name} | {cell(label)} | {bound} | {bound.source} | "
                         f"{relative(bound.prototype)} | {relative(value)} | "
                         f"{kept} |")
     return rows
