@@ -15,14 +15,13 @@ SCENES = {
     "noh_2d": ("noh_2d", {"grid.cells": [40, 40]}),
     "vortex": ("isentropic_vortex", {"grid.cells": [32, 32]}),
 }
-# Label: method, its keys.
+# Label: `method` of the input.
 INTEGRATORS = {
-    "paper linear": ("paper", {}),
-    "apic linear": ("apic", {"method": {"name": "apic", "basis": "linear"}}),
-    "apic quadratic": ("apic", {}),
-    "apic cubic": ("apic", {"method": {"name": "apic", "basis": "cubic"}}),
+    "paper linear": {"name": "paper", "basis": "linear"},
+    **{f"apic {basis}": {"name": "apic", "basis": basis}
+       for basis in ("linear", "quadratic", "cubic")},
     **{f"conservative {basis} {time}":
-       ("conservative", {"method.basis": basis, "method.time": time})
+       {"name": "conservative", "basis": basis, "time": time}
        for basis in ("linear", "quadratic", "cubic")
        for time in ("symplectic", "midpoint")},
 }
@@ -31,12 +30,10 @@ INTEGRATORS = {
 def attempt(work, name, integrator, cfl):
     """(whether all went well, L1 of the density) at one CFL number."""
     scene, sets = SCENES[name]
-    method, keys = INTEGRATORS[integrator]
-    document = work.scene(scene)
-    keys = settings(document, method,
-                    dict(sets, **keys, **{
-                        "time.cfl": cfl, "output.every": 1e9,
-                        "output.grid": False}))
+    method = INTEGRATORS[integrator]
+    keys = settings(work.scene(scene), method["name"],
+                    dict(sets, **{"method": method, "time.cfl": cfl,
+                                  "output.every": 1e9, "output.grid": False}))
     directory = work.output / "runs" / f"cfl-{name}-{integrator}".replace(
         " ", "-")
     run = execute(work.machpoint, f"input/{scene}.json", keys, directory, 300)
