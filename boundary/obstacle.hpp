@@ -110,8 +110,10 @@ class Obstacle : public Module<Dim>
         const Real reach = _image_reach * grid.minSpacing();
         const int n = state.particles.size();
         if ( static_cast<int>( _distances.extent( 0 ) ) < n )
-            Kokkos::realloc( Kokkos::WithoutInitializing, _distances,
-                             n + n / 4 );
+            _distances = Kokkos::View<Real*, MemorySpace>(
+                Kokkos::view_alloc( "Machpoint::distances",
+                                    Kokkos::WithoutInitializing ),
+                n + n / 4 );
         const auto distances = _distances;
         int near = 0;
         Kokkos::parallel_reduce(
@@ -271,7 +273,7 @@ class Obstacle : public Module<Dim>
     bool _has_images;
     Real _image_reach;
     int _first_image = 0, _last_image = 0; // of this obstacle, in this step
-    Kokkos::View<Real*, MemorySpace> _distances{ "Machpoint::distances", 0 };
+    Kokkos::View<Real*, MemorySpace> _distances;
     bool _bilateral;
     Real _reach;
     IndexList _nodes;

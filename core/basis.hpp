@@ -194,6 +194,16 @@ struct Stencil
     }
 };
 
+//! sum w (x_i - x)_b^2 at a place, length^2; it varies for hats alone.
+template <class Basis, int Dim>
+KOKKOS_INLINE_FUNCTION Real momentAt( const Grid<Dim>& grid, const Real x,
+                                      const int b )
+{
+    const Real h = grid.spacing[b];
+    const Real place = ( x - grid.lower[b] ) / h;
+    return h * h * Basis::moment( place - Kokkos::floor( place ) );
+}
+
 //! One node of a stencil, as seen by the particle.
 template <int Dim>
 struct StencilNode

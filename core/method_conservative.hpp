@@ -137,7 +137,7 @@ struct Conservative : MethodDefaults
     static void drift( State<Dim>& state, Storage<Dim>& storage )
     {
         if ( storage.parts.midpoint )
-            Impl::driftParticles( state, *storage.drift );
+            Impl::driftParticles<Basis>( state, *storage.drift );
     }
 
     //! Sections 1 and 2: mass, momentum and volume.

@@ -204,9 +204,11 @@ class ReferenceTest(unittest.TestCase):
         for path in sorted(INPUTS.glob("*.json")):
             document = json.loads(path.read_text())
             with self.subTest(scene=path.stem):
-                cells = [max(2, n // 10) for n in document["grid"]["cells"]]
+                cells = [max(4, n // 10) for n in document["grid"]["cells"]]
                 result = self.call(path, f"grid.cells={json.dumps(cells)}")
-                if document["dimension"] == 3:
+                # It knows no 3D and no vacuum: places that no entry fills.
+                if document["dimension"] == 3 or "region" in \
+                        document["initial"][0]:
                     self.assertEqual(result.returncode, WRONG_INPUT)
                 else:
                     self.assertEqual(result.returncode, 0, result.stderr)

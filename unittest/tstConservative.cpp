@@ -84,8 +84,10 @@ TEST_P( AnyBox, uniformPressureHasNoForce )
 {
     const auto [dimension, basis, boundary] = GetParam();
     const int cells[] = { 20, 8, 4 };
-    auto input = box( dimension, cells[dimension - 1], 2, "conservative", basis,
-                      boundary );
+    // In 1D few particles at random would leave faces nearly empty, which
+    // least_filling then treats as the edge of a vacuum.
+    auto input = box( dimension, cells[dimension - 1], dimension == 1 ? 6 : 2,
+                      "conservative", basis, boundary );
     addViscosity( input );
     input["particles"]["placement"] = "random";
     auto run = simulate( input );
@@ -185,8 +187,8 @@ const std::vector<Part>& parts()
     static const std::vector<Part> list = {
         { "pressure_relaxation", 0.1, 1 }, { "pressure_relaxation", 0.1, 2 },
         { "heat_mixing", 2, 1 },           { "heat_mixing", 2, 2 },
-        { "split_volume", 0.3, 1 },        { "split_volume", 0.3, 2 },
-        { "split_volume", 0.2, 3 },        { "merge_volume", 0.4, 1 },
+        { "split_volume", 0.5, 1 },        { "split_volume", 0.17, 2 },
+        { "split_volume", 0.19, 3 },       { "merge_volume", 0.4, 1 },
         { "merge_volume", 0.4, 2 },        { "merge_volume", 0.4, 3 },
         { "volume_relaxation", 1, 2 },     { "particle_shifting", 0.2, 2 },
         { "blend_in_compression", 20, 2 } };
@@ -204,6 +206,9 @@ Json only( const Part& part, const std::string& basis )
     for ( auto& side : input["boundary"] )
         side["type"] = "periodic";
     input["particles"]["placement"] = "random";
+    // A shock that compresses six times, so that there is what to merge.
+    input["initial"][0]["left"]["pressure"] = 100;
+    input["initial"][0]["right"]["pressure"] = 0.01;
     for ( const char* key :
           { "pressure_relaxation", "heat_mixing", "split_volume",
             "merge_volume", "volume_relaxation", "particle_shifting",
@@ -232,20 +237,20 @@ TEST_P( Parts, conserveAlone )
             sum += V;
         return sum;
     };
-    advanceTo( *a, 0.1 );
-    advanceTo( *b, 0.1 );
+    advanceTo( *a, 0.02 );
+    advanceTo( *b, 0.02 );
     const auto after = a->totals();
     EXPECT_NEAR( after.mass, before.mass, 1e-14 * before.mass ) << label;
     EXPECT_NEAR( after.energy(), before.energy(), 1e-12 * before.energy() )
         << label;
     for ( int d = 0; d < part.dimension; ++d )
-        EXPECT_NEAR( after.momentum[d], 0, 1e-13 ) << label;
+        EXPECT_NEAR( after.momentum[d], 0, 1e-12 ) << label;
     EXPECT_NEAR( volume( *a ), volume( *b ), 0.05 ) << label;
     // Hats have no slope of the filling within a cell, so nothing shifts.
     if ( !( basis == "linear" &&
             part.key == std::string( "particle_shifting" ) ) )
     {
-        EXPECT_NE( byId( *a ), byId( *b ) ) << label;
+        EXPECT_FALSE( byId( *a ) == byId( *b ) ) << label;
     }
     const auto ids = a->particleData().id;
     EXPECT_EQ( std::set<std::int64_t>( ids.begin(), ids.end() ).size(),

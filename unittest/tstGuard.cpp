@@ -141,7 +141,13 @@ TEST( Guard, repeatsWithHalfTheStep )
                 method, { { "fault", fault }, { "step", 1000000 } } ) );
             advance( *direct, 20 );
             direct->step( direct->time() + dt / 4 );
-            EXPECT_EQ( byId( *run ), byId( *direct ) ) << method << fault;
+            // Up to the rounding of its dt.
+            const auto repeated = byId( *run ), once = byId( *direct );
+            ASSERT_EQ( repeated.size(), once.size() );
+            for ( const auto& [id, values] : repeated )
+                for ( int k = 0; k < 4; ++k )
+                    EXPECT_NEAR( values[k], once.at( id )[k], 1e-12 )
+                        << method << fault << id;
         }
     }
 }
@@ -176,7 +182,7 @@ TEST( Guard, endsWithTheLastGoodState )
             EXPECT_TRUE( failed ) << method << late;
             EXPECT_EQ( run->retries(), late ? 0 : 10 ) << method << late;
             const auto state = byId( *run );
-            EXPECT_EQ( state, byId( *good ) ) << method << late;
+            EXPECT_TRUE( state == byId( *good ) ) << method << late;
             EXPECT_EQ( run->time(), good->time() ) << method << late;
             for ( const auto& [id, values] : state )
                 for ( const Real value : values )

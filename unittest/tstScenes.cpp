@@ -358,248 +358,243 @@ TEST( Gravity, columnStandsAndEnergyBalances )
                     << basis << dimension << method;
             }
         }
+}
 
-    // Free fall in a periodic box: the velocity is g t, and the work m g s.
-    TEST( Gravity, freeFallIsExact )
+// Free fall in a periodic box: the velocity is g t, and the work m g s.
+TEST( Gravity, freeFallIsExact )
+{
+    auto input = box( 2, 6, 2, "apic", "cubic", "periodic" );
+    input["physics"].push_back(
+        { { "type", "gravity" }, { "acceleration", { 0.0, -2.0 } } } );
+    auto run = simulate( input );
+    const Real before = run->totals().energy();
+    advanceTo( *run, 0.5 );
+    const auto data = run->particleData();
+    for ( std::size_t p = 0; p < data.mass.size(); ++p )
+        EXPECT_NEAR( data.velocity[2 * p + 1], -1, 1e-12 );
+    EXPECT_NEAR( run->ledger().energy_in, 0.5 * 1.4, 1e-12 );
+    EXPECT_NEAR( run->totals().energy() - before, 0.5 * 1.4, 1e-12 );
+}
+
+// A stiffened gas with p_inf = 0 is an ideal gas, and one with p_inf > 0
+// has the sound speed that the time step shows: dt = cfl h / c after the
+// start-up.
+TEST( StiffenedGas, reducesToIdealAndStiffens )
+{
+    auto ideal = shockTube( 1, 50, 3, "apic", "quadratic" );
+    addViscosity( ideal );
+    auto stiff = ideal;
+    stiff["physics"][0] = { { "type", "stiffened_gas" }, { "gamma", 1.4 } };
+    auto a = simulate( ideal ), b = simulate( stiff );
+    advanceTo( *a, 0.1 );
+    advanceTo( *b, 0.1 );
+    const auto x = a->particleData(), y = b->particleData();
+    for ( std::size_t p = 0; p < x.mass.size(); ++p )
+        EXPECT_NEAR( x.density[p], y.density[p], 1e-11 );
+
+    auto rest = box( 1, 50, 3, "apic", "quadratic", "slip_wall" );
+    rest["physics"][0] = { { "type", "stiffened_gas" },
+                           { "gamma", 4.4 },
+                           { "reference_pressure", 600.0 } };
+    auto run = simulate( rest );
+    advance( *run, 20 );
+    EXPECT_NEAR( run->timeStep(), 0.4 * 0.02 / std::sqrt( 4.4 * 601.0 / 1.4 ),
+                 1e-9 );
+    EXPECT_LE( largest( run->particleData().velocity ), 1e-10 );
+}
+
+// --- Obstacles
+// ---------------------------------------------------------------
+
+// Supersonic flow meets every shape: none of its particles is ever inside,
+// the body is pushed downstream, and its surface sees more than the free
+// stream's pressure where the shape has a front.
+TEST( Obstacle, keepsParticlesOut )
+{
+    const std::vector<Json> shapes = {
+        { { "type", "sphere" }, { "center", { 0.5, 0.5 } }, { "radius", 0.2 } },
+        { { "type", "box" },
+          { "lower", { 0.4, 0.3 } },
+          { "upper", { 2, 0.7 } } },
+        { { "type", "polygon" },
+          { "vertices", { { 0.3, 0.5 }, { 0.7, 0.3 }, { 0.7, 0.7 } } } },
+        { { "type", "naca4" },
+          { "digits", "2412" },
+          { "chord", 0.6 },
+          { "leading_edge", { 0.3, 0.5 } },
+          { "angle", 5 } },
+        { { "type", "half_space" },
+          { "point", { 0.5, 0.0 } },
+          { "normal", { -0.2, 1.0 } } },
+        { { "type", "union" },
+          { "shapes",
+            { { { "type", "sphere" },
+                { "center", { 0.5, 0.6 } },
+                { "radius", 0.15 } },
+              { { "type", "sphere" },
+                { "center", { 0.5, 0.4 } },
+                { "radius", 0.15 } } } } } };
+    for ( const auto& shape : shapes )
+        for ( const auto& method : methods )
+        {
+            auto input =
+                box( 2, 24, 2, method,
+                     method == "paper" ? "linear" : "quadratic", "slip_wall" );
+            addViscosity( input );
+            input["initial"][0]["velocity"] = { 3, 0 };
+            input["boundary"][0] = { { "type", "inflow" },
+                                     { "side", "x_lower" },
+                                     { "density", 1.4 },
+                                     { "velocity", { 3, 0 } },
+                                     { "pressure", 1 } };
+            input["boundary"][1] = { { "type", "outflow" },
+                                     { "side", "x_upper" } };
+            input["boundary"].push_back( { { "type", "obstacle" },
+                                           { "name", "body" },
+                                           { "shape", shape } } );
+            const auto resolved = resolveInput( input, "test" );
+            const auto solid = makeShape<2, Kokkos::HostSpace>(
+                resolved["boundary"].back().at( "shape" ) );
+            auto run = makeSimulation( resolved );
+            for ( int k = 0; k < 12; ++k )
+            {
+                advance( *run, 10 );
+                const auto data = run->particleData();
+                for ( std::size_t p = 0; p < data.mass.size(); ++p )
+                    ASSERT_GE( solid.distance( { data.position[2 * p],
+                                                 data.position[2 * p + 1] } ),
+                               0 )
+                        << shape.dump() << " " << method;
+            }
+            const auto* series = run->series().at( 0 );
+            EXPECT_EQ( series->name, "body" );
+            ASSERT_EQ( series->rows.size(), 120u );
+            EXPECT_GT( series->rows.back().at( 1 ), 0 ); // drag
+            // A thin wing, or a wedge with a wake behind its base, sees no
+            // more than the free stream's pressure on average.
+            const auto type = shape.at( "type" ).get<std::string>();
+            if ( type != "naca4" && type != "polygon" )
+            {
+                EXPECT_GT( series->rows.back().at( 3 ), 1 ) << type << method;
+            }
+        }
+}
+
+// Bilateral projection does no work: a closed box with a cylinder keeps its
+// energy.
+TEST( Obstacle, projectionDoesNoWork )
+{
+    for ( const std::string method : { "apic", "conservative" } )
     {
-        auto input = box( 2, 6, 2, "apic", "cubic", "periodic" );
-        input["physics"].push_back(
-            { { "type", "gravity" }, { "acceleration", { 0.0, -2.0 } } } );
+        auto input = shockTube( 2, 24, 2, method, "quadratic" );
+        addViscosity( input );
+        input["boundary"].push_back( { { "type", "obstacle" },
+                                       { "treatment", "projection" },
+                                       { "shape",
+                                         { { "type", "sphere" },
+                                           { "center", { 0.7, 0.5 } },
+                                           { "radius", 0.15 } } } } );
         auto run = simulate( input );
         const Real before = run->totals().energy();
-        advanceTo( *run, 0.5 );
-        const auto data = run->particleData();
-        for ( std::size_t p = 0; p < data.mass.size(); ++p )
-            EXPECT_NEAR( data.velocity[2 * p + 1], -1, 1e-12 );
-        EXPECT_NEAR( run->ledger().energy_in, 0.5 * 1.4, 1e-12 );
-        EXPECT_NEAR( run->totals().energy() - before, 0.5 * 1.4, 1e-12 );
+        advanceTo( *run, 0.4 );
+        EXPECT_NEAR( run->totals().energy() / before, 1, 1e-11 ) << method;
+        EXPECT_EQ( run->ledger().energy_in, 0 );
     }
+}
 
-    // A stiffened gas with p_inf = 0 is an ideal gas, and one with p_inf > 0
-    // has the sound speed that the time step shows: dt = cfl h / c after the
-    // start-up.
-    TEST( StiffenedGas, reducesToIdealAndStiffens )
-    {
-        auto ideal = shockTube( 1, 50, 3, "apic", "quadratic" );
-        addViscosity( ideal );
-        auto stiff = ideal;
-        stiff["physics"][0] = { { "type", "stiffened_gas" }, { "gamma", 1.4 } };
-        auto a = simulate( ideal ), b = simulate( stiff );
-        advanceTo( *a, 0.1 );
-        advanceTo( *b, 0.1 );
-        const auto x = a->particleData(), y = b->particleData();
-        for ( std::size_t p = 0; p < x.mass.size(); ++p )
-            EXPECT_NEAR( x.density[p], y.density[p], 1e-11 );
-
-        auto rest = box( 1, 50, 3, "apic", "quadratic", "slip_wall" );
-        rest["physics"][0] = { { "type", "stiffened_gas" },
-                               { "gamma", 4.4 },
-                               { "reference_pressure", 600.0 } };
-        auto run = simulate( rest );
-        advance( *run, 20 );
-        EXPECT_NEAR( run->timeStep(),
-                     0.4 * 0.02 / std::sqrt( 4.4 * 601.0 / 1.4 ), 1e-9 );
-        EXPECT_LE( largest( run->particleData().velocity ), 1e-10 );
-    }
-
-    // --- Obstacles
-    // ---------------------------------------------------------------
-
-    // Supersonic flow meets every shape: none of its particles is ever inside,
-    // the body is pushed downstream, and its surface sees more than the free
-    // stream's pressure where the shape has a front.
-    TEST( Obstacle, keepsParticlesOut )
-    {
-        const std::vector<Json> shapes = {
-            { { "type", "sphere" },
-              { "center", { 0.5, 0.5 } },
-              { "radius", 0.2 } },
-            { { "type", "box" },
-              { "lower", { 0.4, 0.3 } },
-              { "upper", { 2, 0.7 } } },
-            { { "type", "polygon" },
-              { "vertices", { { 0.3, 0.5 }, { 0.7, 0.3 }, { 0.7, 0.7 } } } },
-            { { "type", "naca4" },
-              { "digits", "2412" },
-              { "chord", 0.6 },
-              { "leading_edge", { 0.3, 0.5 } },
-              { "angle", 5 } },
-            { { "type", "half_space" },
-              { "point", { 0.5, 0.0 } },
-              { "normal", { -0.2, 1.0 } } },
-            { { "type", "union" },
-              { "shapes",
-                { { { "type", "sphere" },
-                    { "center", { 0.5, 0.6 } },
-                    { "radius", 0.15 } },
-                  { { "type", "sphere" },
-                    { "center", { 0.5, 0.4 } },
-                    { "radius", 0.15 } } } } } };
-        for ( const auto& shape : shapes )
-            for ( const auto& method : methods )
-            {
-                auto input = box( 2, 24, 2, method,
-                                  method == "paper" ? "linear" : "quadratic",
-                                  "slip_wall" );
-                addViscosity( input );
-                input["initial"][0]["velocity"] = { 3, 0 };
-                input["boundary"][0] = { { "type", "inflow" },
-                                         { "side", "x_lower" },
-                                         { "density", 1.4 },
-                                         { "velocity", { 3, 0 } },
-                                         { "pressure", 1 } };
-                input["boundary"][1] = { { "type", "outflow" },
-                                         { "side", "x_upper" } };
-                input["boundary"].push_back( { { "type", "obstacle" },
-                                               { "name", "body" },
-                                               { "shape", shape } } );
-                const auto resolved = resolveInput( input, "test" );
-                const auto solid = makeShape<2, Kokkos::HostSpace>(
-                    resolved["boundary"].back().at( "shape" ) );
-                auto run = makeSimulation( resolved );
-                for ( int k = 0; k < 12; ++k )
-                {
-                    advance( *run, 10 );
-                    const auto data = run->particleData();
-                    for ( std::size_t p = 0; p < data.mass.size(); ++p )
-                        ASSERT_GE(
-                            solid.distance( { data.position[2 * p],
-                                              data.position[2 * p + 1] } ),
-                            0 )
-                            << shape.dump() << " " << method;
-                }
-                const auto* series = run->series().at( 0 );
-                EXPECT_EQ( series->name, "body" );
-                ASSERT_EQ( series->rows.size(), 120u );
-                EXPECT_GT( series->rows.back().at( 1 ), 0 ); // drag
-                // A thin wing, or a wedge with a wake behind its base, sees no
-                // more than the free stream's pressure on average.
-                const auto type = shape.at( "type" ).get<std::string>();
-                if ( type != "naca4" && type != "polygon" )
-                {
-                    EXPECT_GT( series->rows.back().at( 3 ), 1 )
-                        << type << method;
-                }
-            }
-    }
-
-    // Bilateral projection does no work: a closed box with a cylinder keeps its
-    // energy.
-    TEST( Obstacle, projectionDoesNoWork )
-    {
-        for ( const std::string method : { "apic", "conservative" } )
+// Images do a little work; it is accounted for, so the balance closes. So
+// does that of momentum: what the gas has lost, the body's force has taken.
+TEST( Obstacle, workOfImagesIsAccountedFor )
+{
+    for ( const auto& basis : bases )
+        for ( const int dimension : { 2, 3 } )
         {
-            auto input = shockTube( 2, 24, 2, method, "quadratic" );
+            auto input = shockTube( dimension, dimension == 2 ? 24 : 8, 2,
+                                    "conservative", basis );
             addViscosity( input );
-            input["boundary"].push_back( { { "type", "obstacle" },
-                                           { "treatment", "projection" },
-                                           { "shape",
-                                             { { "type", "sphere" },
-                                               { "center", { 0.7, 0.5 } },
-                                               { "radius", 0.15 } } } } );
+            for ( auto& side : input["boundary"] )
+                side["type"] = "periodic";
+            input["boundary"].push_back(
+                { { "type", "obstacle" },
+                  { "shape",
+                    { { "type", "sphere" },
+                      { "center", repeat( dimension, 0.7 ) },
+                      { "radius", 0.2 } } } } );
             auto run = simulate( input );
-            const Real before = run->totals().energy();
-            advanceTo( *run, 0.4 );
-            EXPECT_NEAR( run->totals().energy() / before, 1, 1e-11 ) << method;
-            EXPECT_EQ( run->ledger().energy_in, 0 );
-        }
-    }
-
-    // Images do a little work; it is accounted for, so the balance closes. So
-    // does that of momentum: what the gas has lost, the body's force has taken.
-    TEST( Obstacle, workOfImagesIsAccountedFor )
-    {
-        for ( const auto& basis : bases )
-            for ( const int dimension : { 2, 3 } )
+            const auto before = run->totals();
+            advanceTo( *run, 0.3 );
+            const auto after = run->totals();
+            const auto label = fmt::format( "{} {}D", basis, dimension );
+            EXPECT_NEAR( after.energy() - run->ledger().energy_in,
+                         before.energy(), 1e-11 * before.energy() )
+                << label;
+            EXPECT_NE( run->ledger().energy_in, 0 ) << label;
+            EXPECT_NEAR( run->ledger().energy_in, 0, 0.02 * before.energy() )
+                << label;
+            const auto& rows = run->series().at( 0 )->rows;
+            Real time = 0;
+            Vector<3> impulse{};
+            for ( const auto& row : rows )
             {
-                auto input = shockTube( dimension, dimension == 2 ? 24 : 8, 2,
-                                        "conservative", basis );
-                addViscosity( input );
-                for ( auto& side : input["boundary"] )
-                    side["type"] = "periodic";
-                input["boundary"].push_back(
-                    { { "type", "obstacle" },
-                      { "shape",
-                        { { "type", "sphere" },
-                          { "center", repeat( dimension, 0.7 ) },
-                          { "radius", 0.2 } } } } );
-                auto run = simulate( input );
-                const auto before = run->totals();
-                advanceTo( *run, 0.3 );
-                const auto after = run->totals();
-                const auto label = fmt::format( "{} {}D", basis, dimension );
-                EXPECT_NEAR( after.energy() - run->ledger().energy_in,
-                             before.energy(), 1e-11 * before.energy() )
-                    << label;
-                EXPECT_NE( run->ledger().energy_in, 0 ) << label;
-                EXPECT_NEAR( run->ledger().energy_in, 0,
-                             0.02 * before.energy() )
-                    << label;
-                const auto& rows = run->series().at( 0 )->rows;
-                Real time = 0;
-                Vector<3> impulse{};
-                for ( const auto& row : rows )
-                {
-                    for ( int d = 0; d < dimension; ++d )
-                        impulse[d] += row[1 + d] * ( row[0] - time );
-                    time = row[0];
-                }
                 for ( int d = 0; d < dimension; ++d )
-                    EXPECT_NEAR( after.momentum[d] + impulse[d], 0, 1e-12 )
-                        << label << d;
-                EXPECT_GT( std::abs( impulse[0] ), 1e-3 ) << label;
+                    impulse[d] += row[1 + d] * ( row[0] - time );
+                time = row[0];
             }
-    }
-
-    // --- Random placement, sorting, bad input
-    // ------------------------------------
-
-    // Sorting only reorders: with it in every step or never, the same particles
-    // end at the same places up to the order of sums.
-    TEST( Sorting, changesNothingButTheOrder )
-    {
-        auto input = shockTube( 2, 16, 2, "apic", "quadratic" );
-        addViscosity( input );
-        input["particles"]["placement"] = "random";
-        std::map<std::int64_t, Real> places[2];
-        for ( const int k : { 0, 1 } )
-        {
-            input["particles"]["sort_every"] = k == 0 ? 1 : 1000000;
-            auto run = simulate( input );
-            advance( *run, 40 );
-            const auto data = run->particleData();
-            for ( std::size_t p = 0; p < data.id.size(); ++p )
-                places[k][data.id[p]] = data.position[2 * p];
+            for ( int d = 0; d < dimension; ++d )
+                EXPECT_NEAR( after.momentum[d] + impulse[d], 0, 1e-12 )
+                    << label << d;
+            EXPECT_GT( std::abs( impulse[0] ), 1e-3 ) << label;
         }
-        ASSERT_EQ( places[0].size(), 16u * 16u * 4u );
-        for ( const auto& [id, x] : places[0] )
-            EXPECT_NEAR( x, places[1].at( id ), 1e-11 );
-    }
+}
 
-    TEST( Seed, decidesRandomPlaces )
-    {
-        auto input = box( 2, 4, 2, "apic", "quadratic", "slip_wall" );
-        input["particles"]["placement"] = "random";
-        const auto first = simulate( input )->particleData().position;
-        EXPECT_EQ( first, simulate( input )->particleData().position );
-        input["particles"]["seed"] = 2;
-        EXPECT_NE( first, simulate( input )->particleData().position );
-    }
+// --- Random placement, sorting, bad input
+// ------------------------------------
 
-    TEST( BadScene, isRefusedBeforeItRuns )
+// Sorting only reorders: with it in every step or never, the same particles
+// end at the same places up to the order of sums.
+TEST( Sorting, changesNothingButTheOrder )
+{
+    auto input = shockTube( 2, 16, 2, "apic", "quadratic" );
+    addViscosity( input );
+    input["particles"]["placement"] = "random";
+    std::map<std::int64_t, Real> places[2];
+    for ( const int k : { 0, 1 } )
     {
-        auto full = box( 2, 8, 2, "apic", "quadratic", "slip_wall" );
-        full["boundary"].push_back( { { "type", "obstacle" },
-                                      { "shape",
-                                        { { "type", "sphere" },
-                                          { "center", { 0.5, 0.5 } },
-                                          { "radius", 5 } } } } );
-        EXPECT_THROW( simulate( full ), InputError );
-        auto gap = box( 2, 8, 2, "apic", "quadratic", "slip_wall" );
-        gap["boundary"][0]["region"] = { { "type", "box" },
-                                         { "lower", { -1, -1 } },
-                                         { "upper", { 1, 0.5 } } };
-        EXPECT_THROW( simulate( gap ), InputError );
+        input["particles"]["sort_every"] = k == 0 ? 1 : 1000000;
+        auto run = simulate( input );
+        advance( *run, 40 );
+        const auto data = run->particleData();
+        for ( std::size_t p = 0; p < data.id.size(); ++p )
+            places[k][data.id[p]] = data.position[2 * p];
     }
+    ASSERT_EQ( places[0].size(), 16u * 16u * 4u );
+    for ( const auto& [id, x] : places[0] )
+        EXPECT_NEAR( x, places[1].at( id ), 1e-11 );
+}
+
+TEST( Seed, decidesRandomPlaces )
+{
+    auto input = box( 2, 4, 2, "apic", "quadratic", "slip_wall" );
+    input["particles"]["placement"] = "random";
+    const auto first = simulate( input )->particleData().position;
+    EXPECT_EQ( first, simulate( input )->particleData().position );
+    input["particles"]["seed"] = 2;
+    EXPECT_NE( first, simulate( input )->particleData().position );
+}
+
+TEST( BadScene, isRefusedBeforeItRuns )
+{
+    auto full = box( 2, 8, 2, "apic", "quadratic", "slip_wall" );
+    full["boundary"].push_back( { { "type", "obstacle" },
+                                  { "shape",
+                                    { { "type", "sphere" },
+                                      { "center", { 0.5, 0.5 } },
+                                      { "radius", 5 } } } } );
+    EXPECT_THROW( simulate( full ), InputError );
+    auto gap = box( 2, 8, 2, "apic", "quadratic", "slip_wall" );
+    gap["boundary"][0]["region"] = {
+        { "type", "box" }, { "lower", { -1, -1 } }, { "upper", { 1, 0.5 } } };
+    EXPECT_THROW( simulate( gap ), InputError );
+}
 
 } // namespace

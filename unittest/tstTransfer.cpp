@@ -30,6 +30,9 @@ struct Box
         const auto grid = makeGrid<Dim>( resolved );
         auto scene =
             makeScene<Dim>( resolved, grid, nodeLayout<Basis>( grid ) );
+        const int total = scene.state.layout.total;
+        scene.state.nodes.moments = NodeView( "moments", total, 1 + 2 * Dim );
+        scene.state.nodes.velocities = NodeView( "velocities", total, 2 * Dim );
         for ( auto& active : scene.modules )
             active.module->particleState( scene.state );
         return scene;

@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_CONSERVATIVE_DRIFT_HPP
 #define MACHPOINT_CONSERVATIVE_DRIFT_HPP
 
+#include <core/basis.hpp>
 #include <core/module.hpp>
 
 namespace Machpoint
@@ -34,9 +35,10 @@ namespace Impl
   Transfer, force and work then act at the half step, which makes the step
   second order in any dimension; see gatherParticles for the other half. A
   particle may stand up to half a cell outside the box meanwhile: the halo's
-  nodes carry what it deposits to where its image belongs.
+  nodes carry what it deposits to where its image belongs. On hats, what the
+  affine energy changes by becomes heat.
 */
-template <int Dim>
+template <class Basis, int Dim>
 void driftParticles( const State<Dim>& state,
                      Sidecar<DriftMembers<Dim>>& drift )
 {
@@ -46,14 +48,28 @@ void driftParticles( const State<Dim>& state,
     const auto extra = Cabana::slice<ExtraVelocity>( drift.data() );
     const auto expansion = Cabana::slice<LastExpansion>( drift.data() );
     const auto start_volume = Cabana::slice<StartVolume>( drift.data() );
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto grid = state.grid;
     const Real half = 0.5 * state.dt;
     Kokkos::parallel_for(
         "Machpoint::driftParticles", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
             start_volume( p ) = V( p );
             V( p ) *= Kokkos::max( 1 + half * expansion( p ), 0.2 );
-            for ( int d = 0; d < Dim; ++d )
-                x( p, d ) += half * ( v( p, d ) + extra( p, d ) );
+            for ( int b = 0; b < Dim; ++b )
+            {
+                const Real before = x( p, b );
+                x( p, b ) += half * ( v( p, b ) + extra( p, b ) );
+                if constexpr ( !Basis::constant_moment )
+                {
+                    const Real lost =
+                        momentAt<Basis, Dim>( grid, before, b ) -
+                        momentAt<Basis, Dim>( grid, x( p, b ), b );
+                    for ( int a = 0; a < Dim; ++a )
+                        e( p ) += 0.5 * C( p, a, b ) * C( p, a, b ) * lost;
+                }
+            }
         } );
 }
 

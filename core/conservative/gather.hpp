@@ -165,9 +165,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                     // Hats: the affine energy depends on the place in the
                     // cell; what it changes by becomes heat. The fraction is
                     // the same after a periodic shift or a reflection.
-                    const Real place = ( x( p, b ) - grid.lower[b] ) / h;
-                    moment_new =
-                        h * h * Basis::moment( place - Kokkos::floor( place ) );
+                    moment_new = momentAt<Basis, Dim>( grid, x( p, b ), b );
                 }
                 for ( int a = 0; a < Dim; ++a )
                 {

@@ -30,16 +30,6 @@ enum HistoryMember : std::size_t
 namespace Impl
 {
 
-//! sum w (x_i - x)_b^2 at a place, length^2; it varies for hats alone.
-template <class Basis, int Dim>
-KOKKOS_INLINE_FUNCTION Real momentAt( const Grid<Dim>& grid, const Real x,
-                                      const int b )
-{
-    const Real h = grid.spacing[b];
-    const Real place = ( x - grid.lower[b] ) / h;
-    return h * h * Basis::moment( place - Kokkos::floor( place ) );
-}
-
 /*!
   \brief Halves particles larger than parts.split_volume along the axis of the
   largest stretch S: offsets +- V^(1/Dim) e^S / 4, at most to the sides of the
