@@ -204,6 +204,21 @@ KOKKOS_INLINE_FUNCTION Real momentAt( const Grid<Dim>& grid, const Real x,
     return h * h * Basis::moment( place - Kokkos::floor( place ) );
 }
 
+/*!
+  \brief Factor on the slope of an affine field that moves to another place.
+
+  Its energy moment * slope^2 / 2 must not grow, or cold gas would pay for it;
+  what it loses becomes heat. 1 but for hats.
+*/
+template <class Basis>
+KOKKOS_INLINE_FUNCTION Real slopeFactor( const Real moment_before,
+                                         const Real moment_after )
+{
+    return !Basis::constant_moment && moment_after > moment_before
+               ? Kokkos::sqrt( moment_before / moment_after )
+               : 1.0;
+}
+
 //! One node of a stencil, as seen by the particle.
 template <int Dim>
 struct StencilNode

@@ -106,19 +106,21 @@ void gridToParticlesApic( const State<Dim>& state )
                 if constexpr ( !Basis::constant_moment )
                 {
                     // Hats: the affine energy depends on the place in the
-                    // cell; what it changes by becomes heat. The fraction is
-                    // the same after a periodic shift or a reflection.
+                    // cell; what it loses on the way becomes heat. The place
+                    // is the same after a periodic shift or a reflection.
                     moment_new = momentAt<Basis, Dim>( grid, x( p, b ), b );
                 }
+                const Real factor = slopeFactor<Basis>( moment, moment_new );
                 for ( int a = 0; a < Dim; ++a )
                 {
                     // For hats the fit's slope is the gradient itself, which
                     // stays finite where the moment vanishes.
                     const Real slope_ab =
                         Basis::constant_moment ? B[a][b] / moment : slope[a][b];
-                    C( p, a, b ) = slope_ab;
+                    const Real kept = slope_ab * factor;
+                    C( p, a, b ) = kept;
                     affine += slope_ab * slope_ab * moment;
-                    affine_new += slope_ab * slope_ab * moment_new;
+                    affine_new += kept * kept * moment_new;
                 }
             }
             const Real residual = Kokkos::max( squares - affine, 0.0 );

@@ -322,7 +322,7 @@ class Stepper : public Simulation
             dt *= part;
             _limiter = "a repeated step";
         }
-        if ( !( dt > 1e-14 * ( until - state.time ) ) )
+        if ( part == 1 && !( dt > 1e-14 * ( until - state.time ) ) )
             throw NumericalFailure( fmt::format(
                 "the time step fell to {:.3g} at step {}, t = {:.8g}, limited "
                 "by {}; the run would not end: look for a particle that is "

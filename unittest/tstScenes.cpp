@@ -146,6 +146,21 @@ TEST_P( ShockTube, conservesEnergyToRoundOff )
             }
 }
 
+// Round-off adds up slowly: 2000 steps of waves between walls.
+TEST_P( ShockTube, keepsItsEnergyForLong )
+{
+    const auto [dimension, basis] = GetParam();
+    const int cells[] = { 40, 10, 5 };
+    auto input =
+        shockTube( dimension, cells[dimension - 1], 2, "conservative", basis );
+    addViscosity( input );
+    auto run = simulate( input );
+    const auto before = run->totals();
+    advance( *run, 2000 );
+    EXPECT_NEAR( run->totals().energy() / before.energy(), 1, 1e-11 );
+    EXPECT_NEAR( run->totals().mass / before.mass, 1, 1e-13 );
+}
+
 TEST_P( ShockTube, periodicBoxConservesMomentum )
 {
     const auto [dimension, basis] = GetParam();
@@ -525,8 +540,11 @@ TEST( Obstacle, workOfImagesIsAccountedFor )
             advanceTo( *run, 0.3 );
             const auto after = run->totals();
             const auto label = fmt::format( "{} {}D", basis, dimension );
-            EXPECT_NEAR( after.energy() - run->ledger().energy_in,
-                         before.energy(), 1e-11 * before.energy() )
+            // On hats a particle that is put back on the surface changes its
+            // affine energy.
+            EXPECT_NEAR(
+                after.energy() - run->ledger().energy_in, before.energy(),
+                ( basis == "linear" ? 1e-5 : 1e-11 ) * before.energy() )
                 << label;
             EXPECT_NE( run->ledger().energy_in, 0 ) << label;
             EXPECT_NEAR( run->ledger().energy_in, 0, 0.02 * before.energy() )

@@ -71,7 +71,7 @@ def measure(machpoint, output, column, part):
     document = json.loads((ROOT / "input" / f"{scene}.json").read_text())
     dimension = document["dimension"]
     keys = settings(document, "conservative", dict(
-        sets, **{"method.time": "midpoint"}))
+        sets, **{"method.time": "midpoint", "time.cfl": 0.8}))
     keys.setdefault("output.every", 1e9)
     if part:
         value = PARTS[part][0 if dimension == 1 else 1]
@@ -82,7 +82,7 @@ def measure(machpoint, output, column, part):
                 return None, None
             keys[f"boundary.{body[0]}.treatment"] = value
         elif part == "method.time":
-            keys["method"]["time"] = value
+            keys["method.time"] = value
             keys["time.cfl"] = 0.4
         else:
             keys[part] = value

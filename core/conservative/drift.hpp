@@ -36,7 +36,7 @@ namespace Impl
   second order in any dimension; see gatherParticles for the other half. A
   particle may stand up to half a cell outside the box meanwhile: the halo's
   nodes carry what it deposits to where its image belongs. On hats, what the
-  affine energy changes by becomes heat.
+  affine energy loses becomes heat.
 */
 template <class Basis, int Dim>
 void driftParticles( const State<Dim>& state,
@@ -63,11 +63,18 @@ void driftParticles( const State<Dim>& state,
                 x( p, b ) += half * ( v( p, b ) + extra( p, b ) );
                 if constexpr ( !Basis::constant_moment )
                 {
-                    const Real lost =
-                        momentAt<Basis, Dim>( grid, before, b ) -
+                    const Real moment = momentAt<Basis, Dim>( grid, before, b );
+                    const Real moment_new =
                         momentAt<Basis, Dim>( grid, x( p, b ), b );
+                    const Real factor =
+                        slopeFactor<Basis>( moment, moment_new );
                     for ( int a = 0; a < Dim; ++a )
-                        e( p ) += 0.5 * C( p, a, b ) * C( p, a, b ) * lost;
+                    {
+                        const Real slope = C( p, a, b );
+                        C( p, a, b ) = slope * factor;
+                        e( p ) += 0.5 * slope * slope *
+                                  ( moment - factor * factor * moment_new );
+                    }
                 }
             }
         } );

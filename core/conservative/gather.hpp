@@ -163,18 +163,20 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 if constexpr ( !Basis::constant_moment )
                 {
                     // Hats: the affine energy depends on the place in the
-                    // cell; what it changes by becomes heat. The fraction is
-                    // the same after a periodic shift or a reflection.
+                    // cell; what it loses on the way becomes heat. The place
+                    // is the same after a periodic shift or a reflection.
                     moment_new = momentAt<Basis, Dim>( grid, x( p, b ), b );
                 }
+                const Real factor = slopeFactor<Basis>( moment, moment_new );
                 for ( int a = 0; a < Dim; ++a )
                 {
                     const Real slope = Basis::constant_moment
                                            ? g.fit[a][b] / moment
                                            : g.fit[a][b];
-                    C( p, a, b ) = slope;
+                    const Real kept = slope * factor;
+                    C( p, a, b ) = kept;
                     fitted += slope * slope * moment;
-                    carried += slope * slope * moment_new;
+                    carried += kept * kept * moment_new;
                 }
             }
             const Real residual = Kokkos::max( g.squares - fitted, 0.0 );

@@ -34,7 +34,7 @@ namespace Impl
   \brief Halves particles larger than parts.split_volume along the axis of the
   largest stretch S: offsets +- V^(1/Dim) e^S / 4, at most to the sides of the
   domain. The halves keep v, C and e; mass, momentum, energy and volume stay
-  (on hats, what the affine energy changes by becomes heat).
+  (on hats, what the affine energy loses becomes heat).
 */
 template <class Basis, int Dim>
 void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
@@ -124,14 +124,20 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             x( p, axis ) = y - offset;
             x( q, axis ) = y + offset;
             id( q ) = first_id + k;
-            Real slopes = 0;
-            for ( int a = 0; a < Dim; ++a )
-                slopes += affine( p, a, axis ) * affine( p, a, axis );
             const Real moment = momentAt<Basis, Dim>( grid, y, axis );
             for ( const int half : { p, q } )
-                e( half ) += 0.5 * slopes *
-                             ( moment - momentAt<Basis, Dim>(
-                                            grid, x( half, axis ), axis ) );
+            {
+                const Real moment_new =
+                    momentAt<Basis, Dim>( grid, x( half, axis ), axis );
+                const Real factor = slopeFactor<Basis>( moment, moment_new );
+                for ( int a = 0; a < Dim; ++a )
+                {
+                    const Real slope = affine( half, a, axis );
+                    affine( half, a, axis ) = slope * factor;
+                    e( half ) += 0.5 * slope * slope *
+                                 ( moment - factor * factor * moment_new );
+                }
+            }
         } );
     state.next_id += count;
 }
@@ -188,6 +194,8 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     Kokkos::parallel_reduce(
         "Machpoint::countSmall", Range( 0, n ),
         KOKKOS_LAMBDA( const int p, int& found ) {
+            if ( original( p ) == 0 )
+                original( p ) = m( p );
             if ( V( p ) < largest )
                 ++found;
         },
@@ -289,12 +297,17 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                     }
                 }
                 const bool spreads = with_spread <= before;
+                const Real kinetic = spreads ? with_spread : after;
+                // Without spread it cannot grow, but for hats.
+                const Real factor =
+                    kinetic > before ? Kokkos::sqrt( before / kinetic ) : 1.0;
                 for ( int b = 0; b < Dim; ++b )
                     for ( int a = 0; a < Dim; ++a )
-                        C( p, a, b ) = fp * C( p, a, b ) + fq * C( q, a, b ) +
-                                       ( spreads ? spreadOf( a, b ) : 0.0 );
+                        C( p, a, b ) =
+                            factor * ( fp * C( p, a, b ) + fq * C( q, a, b ) +
+                                       ( spreads ? spreadOf( a, b ) : 0.0 ) );
                 e( p ) = fp * e( p ) + fq * e( q ) +
-                         0.5 * ( before - ( spreads ? with_spread : after ) );
+                         0.5 * ( before - factor * factor * kinetic );
                 for ( int a = 0; a < Dim; ++a )
                 {
                     x( p, a ) = fp * x( p, a ) + fq * x( q, a );
