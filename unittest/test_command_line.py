@@ -19,6 +19,7 @@ import time
 import unittest
 
 import h5py
+import numpy
 
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 INPUTS = pathlib.Path(__file__).resolve().parent.parent / "input"
@@ -582,6 +583,48 @@ class Run(CommandLineTest):
         self.assertCode(result, NUMERICAL_FAILURE)
         self.assertNotEqual(result.stderr, "")
         self.assertFalse((self.output / "summary.json").exists())
+
+    def assertFinite(self):
+        """Every value of every output is."""
+        files = list(self.output.glob("*/*.h5"))
+        self.assertGreater(len(files), 0)
+        for path in files:
+            with h5py.File(path) as file:
+                for value in file.values():
+                    if isinstance(value, h5py.Dataset):
+                        self.assertTrue(numpy.isfinite(value[...]).all(), path)
+
+    def test_far_too_long_steps_are_repeated(self):
+        result = self.run_sod("--set", "time.cfl=50")
+        self.assertCode(result, FINISHED)
+        summary = json.loads((self.output / "summary.json").read_text())
+        self.assertGreater(summary["retries"], 10)
+        self.assertEqual(summary["final_time"], 0.2)
+        self.assertFinite()
+
+    def test_failure_writes_the_last_good_state(self):
+        result = self.run_sod("--set", "time.cfl=50", "--set", "time.retries=1")
+        self.assertCode(result, NUMERICAL_FAILURE)
+        # Which quantity, where, when, and what to try.
+        for text in ["particle ", " at (", "step ", "t = ", "try "]:
+            self.assertIn(text, result.stderr)
+        summary = json.loads((self.output / "summary.json").read_text())
+        self.assertLess(summary["final_time"], 0.2)
+        self.assertEqual(summary["retries"], 1)
+        last = self.output / f"particles/{summary['steps']:08}.h5"
+        with h5py.File(last) as file:
+            self.assertEqual(file.attrs["time"], summary["final_time"])
+        self.assertFinite()
+
+    def test_a_vacuum_ten_times_harder(self):
+        scene = SOD.with_name("receding.json")
+        result = machpoint(
+            "run", scene, "--output", self.output,
+            "--set", "initial.0.left.velocity=[-100]",
+            "--set", "initial.0.right.velocity=[100]",
+            "--set", "time.end=0.005", cwd=self.directory)
+        self.assertCode(result, FINISHED)
+        self.assertFinite()
 
     def test_existing_output_is_refused(self):
         self.assertCode(self.run_sod("--max-steps", "2"), FINISHED)
