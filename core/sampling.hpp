@@ -12,9 +12,34 @@
 namespace Machpoint
 {
 
-//! Totals as a reduction over particles.
-struct TotalsSum : Totals
+//! A sum that keeps what rounding would lose (Neumaier 1974). Equal small terms
+//! on top of a large sum are all rounded the same way: a Sedov blast's cold gas
+//! alone would show an energy drift of 1e-12.
+struct AccurateSum
 {
+    Real sum = 0, lost = 0;
+
+    KOKKOS_INLINE_FUNCTION void operator+=( const Real term )
+    {
+        const Real total = sum + term;
+        lost += Kokkos::abs( sum ) >= Kokkos::abs( term )
+                    ? ( sum - total ) + term
+                    : ( term - total ) + sum;
+        sum = total;
+    }
+    KOKKOS_INLINE_FUNCTION void operator+=( const AccurateSum& other )
+    {
+        *this += other.sum;
+        lost += other.lost;
+    }
+    Real value() const { return sum + lost; }
+};
+
+//! Totals as a reduction over particles.
+struct TotalsSum
+{
+    AccurateSum mass, momentum[3], internal, kinetic, affine;
+
     KOKKOS_INLINE_FUNCTION TotalsSum& operator+=( const TotalsSum& other )
     {
         mass += other.mass;
@@ -37,7 +62,7 @@ Totals sumParticles( const State<Dim>& state )
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto grid = state.grid;
-    TotalsSum totals;
+    TotalsSum sums;
     Kokkos::parallel_reduce(
         "Machpoint::sumParticles", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p, TotalsSum& sum ) {
@@ -57,7 +82,14 @@ Totals sumParticles( const State<Dim>& state )
                                   C( p, a, b ) * C( p, a, b );
             }
         },
-        totals );
+        sums );
+    Totals totals;
+    totals.mass = sums.mass.value();
+    for ( int d = 0; d < 3; ++d )
+        totals.momentum[d] = sums.momentum[d].value();
+    totals.internal = sums.internal.value();
+    totals.kinetic = sums.kinetic.value();
+    totals.affine = sums.affine.value();
     return totals;
 }
 

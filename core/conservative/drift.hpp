@@ -61,7 +61,7 @@ void driftParticles( const State<Dim>& state,
             {
                 const Real before = x( p, b );
                 x( p, b ) += half * ( v( p, b ) + extra( p, b ) );
-                if constexpr ( !Basis::constant_moment )
+                if ( !Basis::constant_moment )
                 {
                     const Real moment = momentAt<Basis, Dim>( grid, before, b );
                     const Real moment_new =

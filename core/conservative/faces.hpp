@@ -311,6 +311,23 @@ depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
                                  { nodes( i.row, Dim ) += mixed * i.weight; } );
 }
 
+//! m kb phi h max(-D, 0) / c of particle p, 0 without sound.
+template <class Mass, class Sound, class Rate>
+struct BlendSource
+{
+    Mass m;
+    Sound c;
+    Rate divergence, limiter;
+    Real scale; //!< kb h
+
+    KOKKOS_INLINE_FUNCTION Real operator()( const int p ) const
+    {
+        return scale > 0 && divergence( p ) < 0 && c( p ) > 0
+                   ? -m( p ) * scale * limiter( p ) * divergence( p ) / c( p )
+                   : 0.0;
+    }
+};
+
 /*!
   \brief sum V (p + q) w^a_f / h^Dim on faces and, where kb > 0,
   sum m w kb phi h max(-D, 0) / c on nodes, over particles and images.
@@ -334,12 +351,7 @@ void depositStress( const State<Dim>& state, NodeView stress,
     Kokkos::deep_copy( ExecutionSpace(), stress, 0.0 );
     scatter.reset_except( stress );
     const auto sums = scatter;
-    auto mixed = KOKKOS_LAMBDA( const int p )
-    {
-        return scale > 0 && divergence( p ) < 0 && c( p ) > 0
-                   ? -m( p ) * scale * limiter( p ) * divergence( p ) / c( p )
-                   : 0.0;
-    };
+    const BlendSource mixed{ m, c, divergence, limiter, scale };
     Kokkos::parallel_for(
         "Machpoint::depositStress", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {

@@ -185,6 +185,23 @@ void relaxPressure( const State<Dim>& state, NodeView means, NodeView sums,
         } );
 }
 
+//! Part of its heat that particle p exchanges. Parts that no sum would feel are
+//! none: they could underflow.
+template <class Rate>
+struct HeatShare
+{
+    Rate divergence, limiter;
+    Real rate; //!< ck dt
+
+    KOKKOS_INLINE_FUNCTION Real operator()( const int p ) const
+    {
+        const Real part =
+            limiter( p ) *
+            Kokkos::min( 1.0, rate * Kokkos::max( -divergence( p ), 0.0 ) );
+        return part > 1e-12 ? part : 0.0;
+    }
+};
+
 /*!
   \brief Shock heat mixing: e += eta (sum w e_i - e) with eta =
   min(1, ck dt max(-D, 0)) phi and e_i = sum m eta w e / sum m eta w.
@@ -207,14 +224,7 @@ void mixHeat( const State<Dim>& state, NodeView sums, NodeScatter& scatter,
     const Range all( 0, state.particles.size() );
     const NodeComponents<2> components{};
 
-    // Shares that no sum would feel are none: they could underflow.
-    auto share = KOKKOS_LAMBDA( const int p )
-    {
-        const Real part =
-            limiter( p ) *
-            Kokkos::min( 1.0, rate * Kokkos::max( -divergence( p ), 0.0 ) );
-        return part > 1e-12 ? part : 0.0;
-    };
+    const HeatShare share{ divergence, limiter, rate };
     Kokkos::deep_copy( ExecutionSpace(), sums, 0.0 );
     scatter.reset_except( sums );
     const auto add = scatter;
