@@ -97,7 +97,7 @@ def solve_all(work, method, numbers, workers=2):
             key = (f"draws-{method}-{block[0]}-{block[-1]}-{CELLS}-"
                    f"{work.identity}")
             results += work.remembered(key, lambda: list(
-                pool.map(lambda n: solve(work, method, n), block)))
+                pool.map(lambda n: solve(work, method, n), block))) or []
     return results
 
 

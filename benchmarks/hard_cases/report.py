@@ -201,6 +201,14 @@ def write(work, results, found_draws, found_cfl):
     text = [HEAD.format(command=COMMAND, revision=", ".join(revisions),
                         machine=machine(), mass=MASS_DRIFT,
                         energy=ENERGY_DRIFT)]
+    missing = {method: [case.name for case in suite.CASES
+                        if method in case.methods and
+                        (case.name, method) not in results]
+               for method in METHODS}
+    if any(missing.values()):
+        text += ["", "**Not measured yet** at full size:"]
+        text += [f"- `{method}`: {', '.join(names)}"
+                 for method, names in missing.items() if names]
     pictures = ROOT / "docs" / "pictures"
     folder = work.output / "pictures"
     for group, title, draw in [("1D", "One dimension", profiles),

@@ -41,15 +41,16 @@ class Suite:
     """Where things are, and what was measured so far.
 
     machpoint, reference: executables; output: results are kept there, one
-    file for each case, method, size and executable; keep: leave fields.
+    file for each case, method, size and executable; keep: leave fields; kept:
+    take what is there and run nothing.
     """
 
     def __init__(self, machpoint, output, reference=None, fast=False,
-                 keep=False):
+                 keep=False, kept=False):
         self.machpoint = str(pathlib.Path(machpoint).resolve())
         self.reference = reference and str(pathlib.Path(reference).resolve())
         self.output = pathlib.Path(output)
-        self.fast, self.keep = fast, keep
+        self.fast, self.keep, self.kept = fast, keep, kept
         self.identity = digest_of_file(self.machpoint)
         (self.output / "results").mkdir(parents=True, exist_ok=True)
 
@@ -59,10 +60,13 @@ class Suite:
         return json.loads((ROOT / "input" / f"{name}.json").read_text())
 
     def remembered(self, key, make):
-        """The result kept under a key, else made and kept."""
+        """The result kept under a key, else made and kept; None if it would
+        have to be made and nothing may be run."""
         path = self.output / "results" / f"{key}.json"
         if path.exists():
             return json.loads(path.read_text())
+        if self.kept:
+            return None
         result = make()
         temporary = path.with_suffix(".tmp")
         temporary.write_text(json.dumps(result, indent=1))
