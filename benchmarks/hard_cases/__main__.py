@@ -98,8 +98,9 @@ def main():
             if method == "conservative" and result["broken"]:
                 failed = True
                 print(f"    {result['broken'][0]}\n    {result['command']}")
-    found_cfl = stable_cfl.table(work) if arguments.cfl or arguments.docs \
-        else None
+    found_cfl = None
+    if (arguments.cfl or arguments.docs) and not arguments.kept:
+        found_cfl = stable_cfl.table(work)
     for integrator, found in (found_cfl or {}).items():
         print(f"largest CFL, {integrator}: " + ", ".join(
             f"{name} {relative(value)}" for name, value in found.items()))
