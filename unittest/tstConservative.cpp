@@ -2,6 +2,7 @@
 #include "scenes.hpp"
 
 #include <core/basis.hpp>
+#include <core/conservative/gather.hpp>
 #include <core/random.hpp>
 
 #include <fmt/format.h>
@@ -272,6 +273,20 @@ TEST_P( Parts, conserveAlone )
 INSTANTIATE_TEST_SUITE_P( Each, Parts,
                           testing::Combine( testing::Range( 0, 13 ),
                                             testing::ValuesIn( bases ) ) );
+
+// Small errors of volume stay, larger ones shrink at the rate of compression;
+// of shear only those past the wider band, and hardly any at low Mach numbers.
+TEST( Relaxation, rate )
+{
+    using Impl::relaxationRate;
+    EXPECT_EQ( relaxationRate( 0.02, -3, 0, 0 ), 0 );
+    EXPECT_EQ( relaxationRate( 0.12, 0, 5, 1 ), 0 );
+    EXPECT_NEAR( relaxationRate( 0.1, -3, 5, 1 ), 3 * 0.08, 1e-15 );
+    EXPECT_NEAR( relaxationRate( -0.1, 3, 5, 1 ), -3 * 0.08, 1e-15 );
+    EXPECT_NEAR( relaxationRate( 0.3, 0, 5, 1 ), 5 * 0.18, 1e-14 );
+    EXPECT_NEAR( relaxationRate( 0.3, 0, 5, 0.01 ), 5 * 0.18 * 16e-4, 1e-14 );
+    EXPECT_EQ( relaxationRate( 4, 1, 0, 0 ), relaxationRate( 0.5, 1, 0, 0 ) );
+}
 
 // A key that only `conservative` understands is an error elsewhere.
 TEST( Parts, belongToConservative )

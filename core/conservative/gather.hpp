@@ -86,6 +86,27 @@ struct Gathered
 };
 
 /*!
+  \brief Rate at which a particle's volume returns to what space there is
+  (docs/conservative.md, section 7), for kd = 1.
+  \param excess r - 1: filling of space around the particle, less 1
+  \param expansion D, 1/time
+  \param gradient |C|_F, 1/time
+  \param mach h |C|_F / c of the cell
+  \return relative loss of volume, 1/time
+*/
+KOKKOS_INLINE_FUNCTION Real relaxationRate( const Real excess,
+                                            const Real expansion,
+                                            const Real gradient,
+                                            const Real mach )
+{
+    const Real clipped = Kokkos::clamp( excess, -0.5, 0.5 );
+    auto past = [clipped]( const Real band )
+    { return clipped - Kokkos::clamp( clipped, -band, band ); };
+    return Kokkos::abs( expansion ) * past( 0.02 ) +
+           gradient * Kokkos::min( 16 * mach * mach, 1.0 ) * past( 0.12 );
+}
+
+/*!
   \brief G2P of `conservative`.
 
   v' = sum w phi, C' = sum w phi (x_i - x)^T / moment,
@@ -96,9 +117,9 @@ struct Gathered
   loss = (2 beta - beta^2)/2 sum w |u - v_i|^2 + 1/2 sum w |phi - u'|^2 makes
   sum m (e + |v|^2/2 + moment |C|^2/2) exact.
 
-  Where Rearranges: V' *= 1 - min(kd dt |D|, .5) clip(r - 1, -.5, .5) with r
-  the filling of space around the particle, and the velocity of motion loses
-  ks c clip(g, -.5, .5) with g = h grad theta. Uniform motion knows neither.
+  Where Rearranges: V' *= 1 - clip(kd dt relaxationRate, -.25, .25), and the
+  velocity of motion loses ks c clip(g, -.5, .5) with g = h grad theta. Uniform
+  motion knows neither.
   \param drift of the integrator midpoint, else null
 */
 template <class Basis, bool Rearranges, int Dim>
@@ -125,6 +146,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto grid = state.grid;
     const auto layout = state.layout;
     const Real dt = state.dt;
+    const Real smallest = grid.minSpacing();
     const Real returned = parts.loss_return ? 1.0 : 0.0;
     const Real kd = parts.volume_relaxation;
     const Real ks = parts.particle_shifting;
@@ -153,8 +175,9 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                     extra( p, a ) = speed - new_v;
                 g.squares -= g.change[a] * g.change[a];
             }
-            Real fitted = 0;  // sum w |C' (x_i - x)|^2
-            Real carried = 0; // the same where the particle will be
+            Real fitted = 0;   // sum w |C' (x_i - x)|^2
+            Real carried = 0;  // the same where the particle will be
+            Real gradient = 0; // |C'|_F^2
             for ( int b = 0; b < Dim; ++b )
             {
                 const Real h = grid.spacing[b];
@@ -177,6 +200,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                     C( p, a, b ) = kept;
                     fitted += slope * slope * moment;
                     carried += kept * kept * moment_new;
+                    gradient += kept * kept;
                 }
             }
             const Real residual = Kokkos::max( g.squares - fitted, 0.0 );
@@ -189,9 +213,13 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             if ( midpoint )
                 last_expansion( p ) = g.expansion;
             if ( Rearranges )
-                volume *= 1 - Kokkos::min( kd * dt * Kokkos::abs( g.expansion ),
-                                           0.5 ) *
-                                  Kokkos::clamp( g.filling / Dim, -0.5, 0.5 );
+            {
+                gradient = Kokkos::sqrt( gradient );
+                const Real rate =
+                    relaxationRate( g.filling / Dim, g.expansion, gradient,
+                                    smallest * gradient / c( p ) );
+                volume *= 1 - Kokkos::clamp( kd * dt * rate, -0.25, 0.25 );
+            }
             V( p ) = volume;
         } );
 }

@@ -55,8 +55,9 @@ struct ConservativeParts
             .atMost( 1 )
             .defaultsTo( 0.2 )
             .source( "docs/conservative.md, section 3" );
-        p.number( "volume_relaxation", "kd: rate, in units of |D|, at which "
-                                       "volumes return to true space; 1D: 0" )
+        p.number( "volume_relaxation", "kd: rate, in units of the strain, at "
+                                       "which volumes return to true space; "
+                                       "1D: 0" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 1 )
             .source( "docs/conservative.md, section 7" );
