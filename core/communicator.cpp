@@ -1,0 +1,196 @@
+#include <core/communicator.hpp>
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+namespace Machpoint
+{
+
+#ifdef MACHPOINT_ENABLE_MPI
+
+namespace
+{
+
+//! Set by Open MPI, by PMI and PMIx launchers such as Slurm's, by MPICH.
+constexpr const char* launcher_variables[] = {
+    "OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "MPI_LOCALNRANKS" };
+
+bool wasLaunched()
+{
+    return std::any_of(
+        std::begin( launcher_variables ), std::end( launcher_variables ),
+        []( const char* name ) { return std::getenv( name ) != nullptr; } );
+}
+
+bool isRunning()
+{
+    int started = 0, ended = 0;
+    MPI_Initialized( &started );
+    MPI_Finalized( &ended );
+    return started && !ended;
+}
+
+} // namespace
+
+MpiSession::MpiSession( int& argc, char**& argv )
+{
+    int provided = 0;
+    // Threads compute; only the main one communicates.
+    if ( wasLaunched() && !isRunning() )
+        MPI_Init_thread( &argc, &argv, MPI_THREAD_FUNNELED, &provided );
+}
+
+MpiSession::~MpiSession()
+{
+    if ( isRunning() )
+        MPI_Finalize();
+}
+
+Communicator::Communicator()
+{
+    if ( !isRunning() )
+        return;
+    _handle = MPI_COMM_WORLD;
+    MPI_Comm_rank( _handle, &_rank );
+    MPI_Comm_size( _handle, &_size );
+}
+
+std::vector<double> Communicator::sum( const std::vector<double>& values ) const
+{
+    if ( _size == 1 )
+        return values;
+    const auto all = gatherAll( values );
+    std::vector<double> sums( values.size(), 0.0 );
+    for ( std::size_t k = 0; k < all.size(); ++k )
+        sums[k % sums.size()] += all[k];
+    return sums;
+}
+
+std::int64_t Communicator::sum( std::int64_t value ) const
+{
+    if ( _size > 1 )
+        MPI_Allreduce( MPI_IN_PLACE, &value, 1, MPI_INT64_T, MPI_SUM, _handle );
+    return value;
+}
+
+double Communicator::max( double value ) const
+{
+    if ( _size > 1 )
+        MPI_Allreduce( MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, _handle );
+    return value;
+}
+
+double Communicator::min( double value ) const
+{
+    if ( _size > 1 )
+        MPI_Allreduce( MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MIN, _handle );
+    return value;
+}
+
+std::int64_t Communicator::sumBefore( std::int64_t value ) const
+{
+    std::int64_t before = 0;
+    if ( _size > 1 )
+        MPI_Exscan( &value, &before, 1, MPI_INT64_T, MPI_SUM, _handle );
+    return _rank == 0 ? 0 : before;
+}
+
+std::string Communicator::fromRoot( const std::string& text ) const
+{
+    if ( _size == 1 )
+        return text;
+    const auto bytes =
+        gatherBytes( text.data(), isRoot() ? text.size() : 0, true );
+    return { bytes.begin(), bytes.end() };
+}
+
+std::vector<char> Communicator::gatherBytes( const void* data,
+                                             const std::size_t bytes,
+                                             const bool everywhere ) const
+{
+    const auto* first = static_cast<const char*>( data );
+    if ( _size == 1 )
+        return { first, first + bytes };
+    if ( bytes > std::numeric_limits<int>::max() )
+        throw std::runtime_error( "a rank gathers more than 2 GiB" );
+    const int own = static_cast<int>( bytes );
+    std::vector<int> counts( _size ), offsets( _size );
+    MPI_Allgather( &own, 1, MPI_INT, counts.data(), 1, MPI_INT, _handle );
+    const auto total =
+        std::accumulate( counts.begin(), counts.end(), std::int64_t( 0 ) );
+    if ( total > std::numeric_limits<int>::max() )
+        throw std::runtime_error( "the ranks gather more than 2 GiB" );
+    std::exclusive_scan( counts.begin(), counts.end(), offsets.begin(), 0 );
+    std::vector<char> all( everywhere || isRoot() ? total : 0 );
+    if ( everywhere )
+        MPI_Allgatherv( first, own, MPI_BYTE, all.data(), counts.data(),
+                        offsets.data(), MPI_BYTE, _handle );
+    else
+        MPI_Gatherv( first, own, MPI_BYTE, all.data(), counts.data(),
+                     offsets.data(), MPI_BYTE, 0, _handle );
+    return all;
+}
+
+void Communicator::abort( const int exit_code ) const
+{
+    if ( _handle != MPI_COMM_NULL )
+        MPI_Abort( _handle, exit_code );
+    std::_Exit( exit_code );
+}
+
+#else
+
+MpiSession::MpiSession( int&, char**& ) {}
+MpiSession::~MpiSession() = default;
+
+Communicator::Communicator() = default;
+
+std::vector<double> Communicator::sum( const std::vector<double>& values ) const
+{
+    return values;
+}
+
+std::int64_t Communicator::sum( const std::int64_t value ) const
+{
+    return value;
+}
+
+double Communicator::max( const double value ) const
+{
+    return value;
+}
+
+double Communicator::min( const double value ) const
+{
+    return value;
+}
+
+std::int64_t Communicator::sumBefore( std::int64_t ) const
+{
+    return 0;
+}
+
+std::string Communicator::fromRoot( const std::string& text ) const
+{
+    return text;
+}
+
+std::vector<char> Communicator::gatherBytes( const void* data,
+                                             const std::size_t bytes,
+                                             bool ) const
+{
+    const auto* first = static_cast<const char*>( data );
+    return { first, first + bytes };
+}
+
+void Communicator::abort( const int exit_code ) const
+{
+    std::_Exit( exit_code );
+}
+
+#endif
+
+} // namespace Machpoint
