@@ -116,13 +116,15 @@ class Inflow : public SideBoundary<Dim>
         IndexList entering( "Machpoint::entering", candidates );
         int count = 0;
         const Real after = _advanced;
+        const auto box = state.layout.box;
         Kokkos::parallel_scan(
             "Machpoint::findEntering", Range( 0, candidates ),
             KOKKOS_LAMBDA( const int k, int& n, const bool final ) {
                 const Real depth = pattern.depth( k );
                 if ( depth < before || depth >= after ||
                      !pattern.part.contains( pattern.grid,
-                                             pattern.place( k, depth ) ) )
+                                             pattern.place( k, depth ) ) ||
+                     !box.contains( pattern.grid, pattern.place( k, after ) ) )
                     return;
                 if ( final )
                     entering( n ) = k;

@@ -100,6 +100,11 @@ class Obstacle : public Module<Dim>
             } );
     }
 
+    Real imageReach( const Grid<Dim>& grid ) const override
+    {
+        return _has_images ? 2 * _image_reach * grid.minSpacing() : 0;
+    }
+
     void mirrorParticles( State<Dim>& state ) override
     {
         if ( !_has_images )
@@ -162,7 +167,7 @@ class Obstacle : public Module<Dim>
         const auto nodes = _nodes;
         const auto shape = _shape;
         const auto layout = state.layout;
-        const auto halo = state.halo;
+        const auto weights = state.halo.weights();
         const auto moments = state.nodes.moments;
         const auto field = velocity.field;
         const int first = velocity.first;
@@ -180,7 +185,7 @@ class Obstacle : public Module<Dim>
                     normal_velocity += field( row, first + d ) * n[d];
                 if ( !bilateral && normal_velocity > 0 )
                     return;
-                const Real m = halo.weight( i ) * moments( row, 0 );
+                const Real m = weights( i ) * moments( row, 0 );
                 for ( int d = 0; d < Dim; ++d )
                 {
                     field( row, first + d ) -= normal_velocity * n[d];
@@ -228,10 +233,14 @@ class Obstacle : public Module<Dim>
             force, volume );
         if ( _has_images )
             sumImpulses( state );
+        std::vector<Real> sums = { force, volume };
+        for ( int d = 0; d < Dim; ++d )
+            sums.push_back( _impulse.value[d] );
+        sums = state.decomposition.comm().sum( sums );
         std::vector<Real> row = { state.time + state.dt };
         for ( int d = 0; d < Dim; ++d )
-            row.push_back( _impulse.value[d] / state.dt );
-        row.push_back( volume > 0 ? force / volume : 0 );
+            row.push_back( sums[2 + d] / state.dt );
+        row.push_back( sums[1] > 0 ? sums[0] / sums[1] : 0 );
         _series.rows.push_back( std::move( row ) );
         _impulse = Impulse{};
         return 0;

@@ -141,20 +141,20 @@ struct Cubic
     }
 };
 
-//! Layout of the nodes of a basis on a grid. \param extra layers of nodes
-//! beyond those that a particle in the box sees
+//! Layout of the nodes of a basis on all cells of a grid. \param reach cells
+//! around the domain from which particles scatter
 template <class Basis, int Dim>
-NodeLayout<Dim> nodeLayout( const Grid<Dim>& grid, const int extra = 0 )
+NodeLayout<Dim> nodeLayout( const Grid<Dim>& grid, const int reach = 0 )
 {
-    return NodeLayout<Dim>( grid, Basis::centred, Basis::halo + extra );
+    return NodeLayout<Dim>( grid, wholeDomain( grid ), Basis::centred,
+                            Basis::halo, reach );
 }
 
 /*!
   \brief The nodes that a particle sees, with their one-dimensional weights.
 
   The weight of node (k_0, k_1, ...) is the product of w[d][k_d]. A place up to
-  `beyond` cells outside the box sees nodes of the halo, which must be wider by
-  as much.
+  NodeLayout::reach cells outside the box sees nodes of the halo.
 */
 template <class Basis, int Dim>
 struct Stencil
@@ -167,13 +167,15 @@ struct Stencil
 
     KOKKOS_INLINE_FUNCTION Stencil( const Grid<Dim>& grid,
                                     const NodeLayout<Dim>& layout,
-                                    const Vector<Dim>& x, const int beyond = 0 )
+                                    const Vector<Dim>& x )
         : base( 0 )
     {
         for ( int d = 0; d < Dim; ++d )
         {
             const Real h = grid.spacing[d];
-            const int c = grid.cell( x[d], d, beyond );
+            const int c =
+                grid.cellWithin( x[d], d, layout.box.begin[d] - layout.reach,
+                                 layout.box.end[d] - 1 + layout.reach );
             const Real f = ( x[d] - grid.lower[d] ) / h - c;
             fraction[d] = f;
             Basis::weights( f, w[d] );
@@ -183,7 +185,8 @@ struct Stencil
                 dw[d][k] /= h;
                 dx[d][k] = Basis::offset( f, k ) * h;
             }
-            base += ( Basis::first( c ) + layout.halo ) * layout.stride[d];
+            base +=
+                ( Basis::first( c ) - layout.lowest( d ) ) * layout.stride[d];
         }
     }
 

@@ -62,7 +62,10 @@ std::vector<double> Communicator::sum( const std::vector<double>& values ) const
 {
     if ( _size == 1 )
         return values;
-    const auto all = gatherAll( values );
+    const int n = static_cast<int>( values.size() );
+    std::vector<double> all( values.size() * _size );
+    MPI_Allgather( values.data(), n, MPI_DOUBLE, all.data(), n, MPI_DOUBLE,
+                   _handle );
     std::vector<double> sums( values.size(), 0.0 );
     for ( std::size_t k = 0; k < all.size(); ++k )
         sums[k % sums.size()] += all[k];
@@ -76,18 +79,29 @@ std::int64_t Communicator::sum( std::int64_t value ) const
     return value;
 }
 
-double Communicator::max( double value ) const
+std::vector<double> Communicator::max( std::vector<double> values ) const
 {
     if ( _size > 1 )
-        MPI_Allreduce( MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, _handle );
-    return value;
+        MPI_Allreduce( MPI_IN_PLACE, values.data(),
+                       static_cast<int>( values.size() ), MPI_DOUBLE, MPI_MAX,
+                       _handle );
+    return values;
 }
 
-double Communicator::min( double value ) const
+Communicator::Tagged Communicator::least( double value, int tag ) const
 {
-    if ( _size > 1 )
-        MPI_Allreduce( MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MIN, _handle );
-    return value;
+    // Tags do not order the ranks, so they travel behind the rank.
+    if ( _size == 1 )
+        return { value, tag };
+    struct
+    {
+        double value;
+        int rank;
+    } found{ value, _rank };
+    MPI_Allreduce( MPI_IN_PLACE, &found, 1, MPI_DOUBLE_INT, MPI_MINLOC,
+                   _handle );
+    MPI_Bcast( &tag, 1, MPI_INT, found.rank, _handle );
+    return { found.value, tag };
 }
 
 std::int64_t Communicator::sumBefore( std::int64_t value ) const
@@ -98,12 +112,12 @@ std::int64_t Communicator::sumBefore( std::int64_t value ) const
     return _rank == 0 ? 0 : before;
 }
 
-std::string Communicator::fromRoot( const std::string& text ) const
+std::string Communicator::from( const int rank, const std::string& text ) const
 {
     if ( _size == 1 )
         return text;
     const auto bytes =
-        gatherBytes( text.data(), isRoot() ? text.size() : 0, true );
+        gatherBytes( text.data(), rank == _rank ? text.size() : 0, true );
     return { bytes.begin(), bytes.end() };
 }
 
@@ -173,7 +187,7 @@ std::int64_t Communicator::sumBefore( std::int64_t ) const
     return 0;
 }
 
-std::string Communicator::fromRoot( const std::string& text ) const
+std::string Communicator::from( int, const std::string& text ) const
 {
     return text;
 }

@@ -56,15 +56,29 @@ class Communicator
     std::vector<double> sum( const std::vector<double>& values ) const;
     std::int64_t sum( std::int64_t value ) const;
     double sum( double value ) const { return sum( std::vector{ value } )[0]; }
-    double max( double value ) const;
-    double min( double value ) const;
+    std::vector<double> max( std::vector<double> values ) const;
+    double max( double value ) const { return max( std::vector{ value } )[0]; }
+    double min( double value ) const { return -max( -value ); }
     bool any( bool value ) const { return max( value ? 1.0 : 0.0 ) > 0; }
     //! @}
 
     //! Sum of the values of the ranks before this one.
     std::int64_t sumBefore( std::int64_t value ) const;
+    //! Least value, and the tag of the lowest rank that has it.
+    struct Tagged
+    {
+        double value;
+        int tag;
+    };
+    Tagged least( double value, int tag ) const;
+
+    //! The text of one rank, on every rank.
+    std::string from( int rank, const std::string& text ) const;
     //! The root's text, on every rank.
-    std::string fromRoot( const std::string& text ) const;
+    std::string fromRoot( const std::string& text ) const
+    {
+        return from( 0, text );
+    }
 
     //! The lists of all ranks, one after the other, on every rank.
     template <class T>

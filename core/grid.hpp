@@ -30,34 +30,21 @@ struct Grid
             spacing[d] = ( upper[d] - lower[d] ) / cells[d];
     }
 
-    //! Cell of a position along one axis, clamped to the box and `beyond`
-    //! cells around it, so that a particle exactly on the upper side still has
-    //! a cell.
-    KOKKOS_INLINE_FUNCTION int cell( const Real x, const int d,
-                                     const int beyond = 0 ) const
+    //! Cell of a position along one axis, clamped to cells first to last.
+    KOKKOS_INLINE_FUNCTION int cellWithin( const Real x, const int d,
+                                           const int first,
+                                           const int last ) const
     {
         const int c =
             static_cast<int>( Kokkos::floor( ( x - lower[d] ) / spacing[d] ) );
-        const int last = cells[d] - 1 + beyond;
-        return c < -beyond ? -beyond : ( c > last ? last : c );
+        return c < first ? first : ( c > last ? last : c );
     }
 
-    //! Flat cell number, x fastest. \param x position [Dim].
-    KOKKOS_INLINE_FUNCTION int flatCell( const Vector<Dim>& x ) const
+    //! Cell of a position along one axis, clamped to the domain, so that a
+    //! particle exactly on the upper side still has a cell.
+    KOKKOS_INLINE_FUNCTION int cell( const Real x, const int d ) const
     {
-        int flat = 0;
-        for ( int d = Dim - 1; d >= 0; --d )
-            flat = flat * cells[d] + cell( x[d], d );
-        return flat;
-    }
-
-    //! Number of cells in all.
-    KOKKOS_INLINE_FUNCTION int totalCells() const
-    {
-        int total = 1;
-        for ( int d = 0; d < Dim; ++d )
-            total *= cells[d];
-        return total;
+        return cellWithin( x, d, 0, cells[d] - 1 );
     }
 
     //! Volume of a cell, length^Dim.
@@ -79,21 +66,82 @@ struct Grid
     }
 };
 
+//! The cells of one rank: `begin` to `end` - 1 along each axis, numbered as in
+//! the whole domain.
+template <int Dim>
+struct CellBox
+{
+    Indices<Dim> begin; //!< first cell [Dim]
+    Indices<Dim> end;   //!< one past the last [Dim]
+
+    //! Number of cells along an axis.
+    KOKKOS_INLINE_FUNCTION int cells( const int d ) const
+    {
+        return end[d] - begin[d];
+    }
+
+    //! Number of cells in all.
+    KOKKOS_INLINE_FUNCTION int totalCells() const
+    {
+        int total = 1;
+        for ( int d = 0; d < Dim; ++d )
+            total *= cells( d );
+        return total;
+    }
+
+    //! Number of a position's cell within the box, x fastest; of positions
+    //! beyond, that of the nearest cell. \param x [Dim]
+    KOKKOS_INLINE_FUNCTION int flatCell( const Grid<Dim>& grid,
+                                         const Vector<Dim>& x ) const
+    {
+        int flat = 0;
+        for ( int d = Dim - 1; d >= 0; --d )
+            flat = flat * cells( d ) +
+                   grid.cellWithin( x[d], d, begin[d], end[d] - 1 ) - begin[d];
+        return flat;
+    }
+
+    //! Does the cell of a position belong to the box? \param x [Dim]
+    KOKKOS_INLINE_FUNCTION bool contains( const Grid<Dim>& grid,
+                                          const Vector<Dim>& x ) const
+    {
+        for ( int d = 0; d < Dim; ++d )
+        {
+            const int c = grid.cell( x[d], d );
+            if ( c < begin[d] || c >= end[d] )
+                return false;
+        }
+        return true;
+    }
+};
+
+//! All cells of a grid.
+template <int Dim>
+CellBox<Dim> wholeDomain( const Grid<Dim>& grid )
+{
+    return { Indices<Dim>{}, grid.cells };
+}
+
 /*!
   \brief Where node (i, j, k) stands in memory and in space.
 
-  The only place that knows that nodes form one dense box. Owned nodes are
-  numbered from 0 to owned - 1 along each axis; `halo` more lie on both sides.
+  The only place that knows that nodes form one dense box. Nodes are numbered
+  as in the whole domain, from 0 at its lower side. A rank owns those from
+  `begin` to `begin + owned - 1` along each axis, one for each of its cells, and
+  the last vertex too where its box ends at the domain's upper side.
 */
 template <int Dim>
 struct NodeLayout
 {
+    CellBox<Dim> box;     //!< the rank's cells
+    Indices<Dim> cells;   //!< of the whole domain [Dim]
     Indices<Dim> owned;   //!< owned nodes along each axis [Dim]
     Indices<Dim> extent;  //!< stored nodes along each axis, halo included
     Indices<Dim> stride;  //!< distance of neighbours in memory [Dim]
-    Vector<Dim> first;    //!< position of owned node 0 [Dim]
+    Vector<Dim> first;    //!< position of node 0 [Dim]
     Vector<Dim> spacing;  //!< distance of neighbours in space [Dim]
-    int halo = 0;         //!< layers of nodes beyond the owned box
+    int halo = 0;         //!< layers of nodes beyond those of the box's cells
+    int reach = 0;        //!< cells beyond the box from which particles scatter
     int total = 0;        //!< number of stored nodes
     bool centred = false; //!< nodes at cell centres rather than vertices
 
@@ -103,25 +151,42 @@ struct NodeLayout
     //! \param halo_width layers of nodes that a particle in the box can reach
     NodeLayout( const Grid<Dim>& grid, const bool at_centres,
                 const int halo_width )
-        : spacing( grid.spacing ), halo( halo_width ), total( 1 ),
+        : NodeLayout( grid, wholeDomain( grid ), at_centres, halo_width, 0 )
+    {
+    }
+    //! \param own_cells those of this rank
+    //! \param reach_beyond cells around them from which particles scatter; the
+    //! halo is wider by as much
+    NodeLayout( const Grid<Dim>& grid, const CellBox<Dim>& own_cells,
+                const bool at_centres, const int halo_width,
+                const int reach_beyond )
+        : box( own_cells ), cells( grid.cells ), spacing( grid.spacing ),
+          halo( halo_width + reach_beyond ), reach( reach_beyond ), total( 1 ),
           centred( at_centres )
     {
+        const int vertex = centred ? 0 : 1;
         for ( int d = 0; d < Dim; ++d )
         {
-            owned[d] = grid.cells[d] + ( centred ? 0 : 1 );
-            extent[d] = owned[d] + 2 * halo;
+            owned[d] = box.cells( d ) + ( box.end[d] == cells[d] ? vertex : 0 );
+            extent[d] = box.cells( d ) + vertex + 2 * halo;
             stride[d] = total;
             total *= extent[d];
             first[d] = grid.lower[d] + ( centred ? 0.5 * spacing[d] : 0.0 );
         }
     }
 
-    //! Row of node i in a NodeView. \param i [Dim], -halo <= i < owned + halo
+    //! Number of the first stored node along an axis.
+    KOKKOS_INLINE_FUNCTION int lowest( const int d ) const
+    {
+        return box.begin[d] - halo;
+    }
+
+    //! Row of node i in a NodeView. \param i [Dim], owned or in the halo
     KOKKOS_INLINE_FUNCTION int operator()( const Indices<Dim>& i ) const
     {
         int flat = 0;
         for ( int d = 0; d < Dim; ++d )
-            flat += ( i[d] + halo ) * stride[d];
+            flat += ( i[d] - lowest( d ) ) * stride[d];
         return flat;
     }
 
@@ -131,7 +196,7 @@ struct NodeLayout
         Indices<Dim> i{};
         for ( int d = 0; d < Dim; ++d )
         {
-            i[d] = flat % extent[d] - halo;
+            i[d] = flat % extent[d] + lowest( d );
             flat /= extent[d];
         }
         return i;
@@ -150,7 +215,7 @@ struct NodeLayout
     KOKKOS_INLINE_FUNCTION bool isOwned( const Indices<Dim>& i ) const
     {
         for ( int d = 0; d < Dim; ++d )
-            if ( i[d] < 0 || i[d] >= owned[d] )
+            if ( i[d] < box.begin[d] || i[d] >= box.begin[d] + owned[d] )
                 return false;
         return true;
     }

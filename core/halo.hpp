@@ -1,21 +1,20 @@
 /*!
   \file halo.hpp
-  \brief Layer 3: the grid's edge. Walls, open sides and periodicity are one
-  mechanism: nodes beyond the owned box are images of nodes inside.
+  \brief Layer 3: the grid's edge. Walls, open sides, periodicity and
+  neighbouring ranks are one mechanism: nodes beyond the owned box are images of
+  nodes inside.
 
   `fold` adds what particles scattered beyond the edge to its image, `fill`
   copies the image back. A periodic side's image is shifted, a slip wall's is
   mirrored with the normal component negated, a no-slip wall's negated whole,
-  an open side's mirrored as it is (zero gradient). See docs/method.md,
-  section 3. Fold is the adjoint of fill, which keeps walls conservative.
+  an open side's mirrored as it is (zero gradient), a neighbouring rank's is
+  the same node over there. See docs/method.md, section 3. Fold is the adjoint
+  of fill, which keeps walls conservative.
 */
 #ifndef MACHPOINT_HALO_HPP
 #define MACHPOINT_HALO_HPP
 
-#include <core/grid.hpp>
-
-#include <stdexcept>
-#include <string>
+#include <core/halo_exchange.hpp>
 
 namespace Machpoint
 {
@@ -92,32 +91,81 @@ NodeComponents<Vectors * Dim> vectorComponents( const Parity parity )
 }
 //! @}
 
-//! Images of nodes beyond the sides of the domain.
+//! Kind of each node of a side, [nodes of the side, halo included]; empty where
+//! the rank's box does not reach the side.
+using KindView = Kokkos::View<SideKind*, MemorySpace>;
+
+//! Share of an owned node that belongs to this domain: 1/2 on a wall that runs
+//! through vertices (its own image counts too), 0 on the upper of two periodic
+//! vertices. Sums over owned nodes with this weight count everything once.
+template <int Dim>
+struct NodeWeights
+{
+    NodeLayout<Dim> layout;
+    Kokkos::Array<KindView, 2 * Dim> kinds;
+
+    //! \param i an owned node [Dim]
+    KOKKOS_INLINE_FUNCTION Real operator()( const Indices<Dim>& i ) const
+    {
+        Real share = 1;
+        if ( layout.centred )
+            return share;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            const int last = layout.cells[d];
+            if ( i[d] != 0 && i[d] != last )
+                continue;
+            int t = 0;
+            for ( int b = Dim - 1; b >= 0; --b )
+                if ( b != d )
+                    t = t * layout.extent[b] + i[b] - layout.lowest( b );
+            const auto kind = kinds[2 * d + ( i[d] == 0 ? 0 : 1 )]( t );
+            if ( kind != SideKind::periodic )
+                share *= 0.5;
+            else if ( i[d] == last )
+                share = 0;
+        }
+        return share;
+    }
+};
+
+//! Images of nodes beyond the box of a rank.
 template <int Dim>
 class Halo
 {
   public:
-    //! Kind of each node of a side, [nodes of the side, halo included].
-    using KindView = Kokkos::View<SideKind*, MemorySpace>;
-
     Halo() = default;
 
     //! \param layout the nodes
     //! \param kinds for side 2 * axis + (upper ? 1 : 0), the kind of each of
     //! its nodes: see sideSize and sideNode
-    //! \throws std::invalid_argument when an axis has fewer nodes than the
-    //! halo is wide (mass would be lost)
+    //! \param decomposition whose neighbours the rank has; by default none
+    //! \throws std::invalid_argument when a box is thinner than the halo (mass
+    //! would be lost)
     Halo( const NodeLayout<Dim>& layout,
-          const Kokkos::Array<KindView, 2 * Dim>& kinds )
-        : _layout( layout ), _kinds( kinds )
+          const Kokkos::Array<KindView, 2 * Dim>& kinds,
+          const Decomposition<Dim>& decomposition = {} )
+        : _layout( layout ), _kinds( kinds ),
+          _exchange( layout, decomposition.comm() )
     {
+        const int needed = layout.halo + 1;
         for ( int d = 0; d < Dim; ++d )
-            if ( layout.owned[d] - ( layout.centred ? 0 : 1 ) <
-                 layout.halo + 1 )
+        {
+            const bool cut = decomposition.ranks()[d] > 1;
+            const int cells =
+                cut ? decomposition.fewestCells( d ) : layout.cells[d];
+            if ( cells < needed )
                 throw std::invalid_argument(
                     "axis " + std::to_string( d ) +
-                    " has too few cells for this basis: at least " +
-                    std::to_string( layout.halo + 1 ) + " are needed" );
+                    ( cut ? " is cut into boxes of " + std::to_string( cells ) +
+                                " cells: at least " + std::to_string( needed ) +
+                                " are needed; start fewer ranks, choose other "
+                                "decomposition.ranks, or take more cells"
+                          : " has too few cells for this basis: at least " +
+                                std::to_string( needed ) + " are needed" ) );
+            if ( cut )
+                connect( d, decomposition );
+        }
     }
 
     //! Number of nodes on a side with normal `axis`, halo included.
@@ -134,11 +182,18 @@ class Halo
         for ( int d = 0; d < Dim; ++d )
             if ( d != axis )
             {
-                i[d] = t % layout.extent[d] - layout.halo;
+                i[d] = t % layout.extent[d] + layout.lowest( d );
                 t /= layout.extent[d];
             }
         return i;
     }
+
+    //! What each owned node counts for in sums; for kernels.
+    NodeWeights<Dim> weights() const { return { _layout, _kinds }; }
+
+    //! Bytes and messages sent to other ranks so far.
+    std::int64_t bytesSent() const { return _exchange.bytes_sent; }
+    std::int64_t messagesSent() const { return _exchange.messages_sent; }
 
     //! Adds the halo's content to its images. Scalars add; vectors add with
     //! the sign of their reflection. \param field [nodes][N]
@@ -146,8 +201,13 @@ class Halo
     void fold( const NodeView& field,
                const NodeComponents<N>& components ) const
     {
+        constexpr int columns = static_cast<int>( N );
         for ( int axis = 0; axis < Dim; ++axis )
+        {
+            _exchange.start( field, axis, columns, _beyond[axis] );
             overSides( "Machpoint::fold", axis, field, components, FoldNode{} );
+            _exchange.finish( field, axis, columns, _beyond[axis], AddValue{} );
+        }
     }
 
     //! Copies images into the halo. \param field [nodes][N]
@@ -155,35 +215,13 @@ class Halo
     void fill( const NodeView& field,
                const NodeComponents<N>& components ) const
     {
+        constexpr int columns = static_cast<int>( N );
         for ( int axis = 0; axis < Dim; ++axis )
-            overSides( "Machpoint::fill", axis, field, components, FillNode{} );
-    }
-
-    //! Share of an owned node that belongs to this domain: 1/2 on a wall that
-    //! runs through vertices (its own image counts too), 0 on the upper of
-    //! two periodic vertices. Sums over owned nodes with this weight count
-    //! everything once.
-    KOKKOS_INLINE_FUNCTION Real weight( const Indices<Dim>& i ) const
-    {
-        Real share = 1;
-        if ( _layout.centred )
-            return share;
-        for ( int d = 0; d < Dim; ++d )
         {
-            const int last = _layout.owned[d] - 1;
-            if ( i[d] != 0 && i[d] != last )
-                continue;
-            int t = 0;
-            for ( int b = Dim - 1; b >= 0; --b )
-                if ( b != d )
-                    t = t * _layout.extent[b] + i[b] + _layout.halo;
-            const auto kind = _kinds[2 * d + ( i[d] == 0 ? 0 : 1 )]( t );
-            if ( kind != SideKind::periodic )
-                share *= 0.5;
-            else if ( i[d] == last )
-                share = 0;
+            _exchange.start( field, axis, columns, _within[axis] );
+            overSides( "Machpoint::fill", axis, field, components, FillNode{} );
+            _exchange.finish( field, axis, columns, _within[axis], SetValue{} );
         }
-        return share;
     }
 
     // Public only because nvcc wants the types and the parent function of a
@@ -199,6 +237,22 @@ class Halo
             field( image, c ) += sign * field( node, c );
         }
     };
+    struct AddValue
+    {
+        KOKKOS_INLINE_FUNCTION void operator()( Real& value,
+                                                const Real received ) const
+        {
+            value += received;
+        }
+    };
+    struct SetValue
+    {
+        KOKKOS_INLINE_FUNCTION void operator()( Real& value,
+                                                const Real received ) const
+        {
+            value = received;
+        }
+    };
     struct FillNode
     {
         static constexpr bool self_image = false;
@@ -211,7 +265,7 @@ class Halo
         }
     };
 
-    // One thread serves a line of nodes across the domain: both its ends.
+    // One thread serves a line of nodes across the box: both its ends.
     // Axes go one after the other over lines that include the halo of the
     // others, so edges and corners come out right.
     template <std::size_t N, class Operation>
@@ -222,19 +276,24 @@ class Halo
         const auto layout = _layout;
         const auto lower_kind = _kinds[2 * axis];
         const auto upper_kind = _kinds[2 * axis + 1];
+        const bool at_lower = layout.box.begin[axis] == 0;
+        const bool at_upper = layout.box.end[axis] == layout.cells[axis];
         const int halo = layout.halo;
         const int vertex = layout.centred ? 0 : 1;
-        const int cells = layout.owned[axis] - vertex;
-        const int end = layout.owned[axis] + halo;
-        if ( halo == 0 && vertex == 0 )
+        const int cells = layout.cells[axis];
+        const int end = cells + vertex + halo;
+        if ( ( halo == 0 && vertex == 0 ) || !( at_lower || at_upper ) )
             return;
         Kokkos::parallel_for(
             label, Range( 0, sideSize( layout, axis ) ),
             KOKKOS_LAMBDA( const int t ) {
+                // Of node 0, whether it is stored here or not.
                 const int origin = layout( sideNode( layout, axis, t ) );
                 const int stride = layout.stride[axis];
-                const auto lower = lower_kind( t );
-                const auto upper = upper_kind( t );
+                const auto lower =
+                    at_lower ? lower_kind( t ) : SideKind::periodic;
+                const auto upper =
+                    at_upper ? upper_kind( t ) : SideKind::periodic;
                 for ( int c = 0; c < static_cast<int>( N ); ++c )
                 {
                     auto image =
@@ -247,32 +306,74 @@ class Halo
                     const int shift =
                         1 - vertex + ( components[c].staggered >> axis & 1 );
                     const int first = -( shift / 2 ); // at or beyond the side
-                    if ( lower == SideKind::periodic )
+                    // A row on the side is its own image.
+                    const int on_side = shift % 2 == 0 ? 1 : 0;
+                    if ( lower != SideKind::periodic )
+                    {
+                        for ( int i = -halo; i < first; ++i )
+                            image( i, -i - shift, lower );
+                        if ( on_side == 1 && Operation::self_image )
+                            image( first, first, lower );
+                    }
+                    if ( upper != SideKind::periodic )
+                    {
+                        for ( int i = first + cells + on_side; i < end; ++i )
+                            image( i, 2 * cells - i - shift, upper );
+                        if ( on_side == 1 && Operation::self_image )
+                            image( first + cells, first + cells, upper );
+                    }
+                    // The other end may belong to another rank.
+                    if ( at_lower && at_upper && lower == SideKind::periodic )
                     {
                         for ( int i = first + cells; i < end; ++i )
                             image( i, i - cells, lower );
                         for ( int i = -halo; i < first; ++i )
                             image( i, i + cells, lower );
-                        continue;
-                    }
-                    // A row on the side is its own image.
-                    const int on_side = shift % 2 == 0 ? 1 : 0;
-                    for ( int i = -halo; i < first; ++i )
-                        image( i, -i - shift, lower );
-                    for ( int i = first + cells + on_side; i < end; ++i )
-                        image( i, 2 * cells - i - shift, upper );
-                    if ( on_side == 1 && Operation::self_image )
-                    {
-                        image( first, first, lower );
-                        image( first + cells, first + cells, upper );
                     }
                 }
             } );
     }
 
   private:
+    using Exchange = HaloExchange<Dim>;
+
+    //! Finds the neighbours along a cut axis, and which layers they share. The
+    //! domain's ends are neighbours where they are periodic.
+    void connect( const int axis, const Decomposition<Dim>& decomposition )
+    {
+        const auto& box = _layout.box;
+        const int vertex = _layout.centred ? 0 : 1;
+        const int halo = _layout.halo;
+        for ( const bool upper : { false, true } )
+        {
+            const int side = 2 * axis + ( upper ? 1 : 0 );
+            const int end = upper ? box.end[axis] : box.begin[axis];
+            if ( end == ( upper ? _layout.cells[axis] : 0 ) &&
+                 !isPeriodic( side ) )
+                continue;
+            auto& outer = _beyond[axis][upper];
+            outer.rank = decomposition.neighbour( axis, upper ? 1 : -1 );
+            // Node `end` and what is above belong to the upper neighbour.
+            const typename Exchange::Layers above{ end, halo + vertex };
+            const typename Exchange::Layers below{ end - halo, halo };
+            outer.send = upper ? above : below;
+            outer.receive = upper ? below : above;
+            _within[axis][upper] = { outer.rank, outer.receive, outer.send };
+        }
+    }
+
+    bool isPeriodic( const int side ) const
+    {
+        SideKind kind{};
+        Kokkos::deep_copy( kind, Kokkos::subview( _kinds[side], 0 ) );
+        return kind == SideKind::periodic;
+    }
+
     NodeLayout<Dim> _layout;
     Kokkos::Array<KindView, 2 * Dim> _kinds;
+    mutable Exchange _exchange;              // buffers of messages
+    typename Exchange::Side _beyond[Dim][2]; // for fold
+    typename Exchange::Side _within[Dim][2]; // for fill
 };
 
 } // namespace Machpoint

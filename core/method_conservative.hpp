@@ -120,15 +120,17 @@ struct Conservative : MethodDefaults
             Impl::mixHeat<Basis, Dim>(
                 state, storage.sums, storage.sums_scatter, parts.heat_mixing );
         }
-        if ( parts.split_volume > 0 )
-        {
-            const Profile::Effect effect( "splitting" );
-            Impl::splitParticles<Basis, Dim>( state, *storage.history, parts );
-        }
         if ( parts.merge_volume > 0 && state.step % merge_every == 0 )
         {
             const Profile::Effect effect( "merging" );
             Impl::mergeParticles<Basis, Dim>( state, *storage.history, parts );
+        }
+        // Last: until the end of the step a half may stand beyond its rank's
+        // box.
+        if ( parts.split_volume > 0 )
+        {
+            const Profile::Effect effect( "splitting" );
+            Impl::splitParticles<Basis, Dim>( state, *storage.history, parts );
         }
     }
 

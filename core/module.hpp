@@ -19,7 +19,8 @@
 namespace Machpoint
 {
 
-//! What crossed the edges of the domain, so that balances can be closed.
+//! What crossed the edges of the domain, so that balances can be closed; on
+//! many ranks, what this rank saw of it.
 struct Ledger
 {
     Real mass_in = 0;   //!< mass that entered
@@ -38,13 +39,16 @@ struct Nodes
 /*!
   \brief Everything that a time step works on.
 
-  Modules receive it in every hook.
+  Modules receive it in every hook. On many ranks each has its own box of cells
+  with the particles in it: sums over particles or nodes are this rank's, and
+  decomposition.comm() adds them up where a module needs the whole.
 */
 template <int Dim>
 struct State
 {
-    Grid<Dim> grid;
-    NodeLayout<Dim> layout;
+    Grid<Dim> grid; //!< the whole domain
+    Decomposition<Dim> decomposition;
+    NodeLayout<Dim> layout; //!< this rank's nodes
     Halo<Dim> halo;
     Particles<Dim> particles;
     Nodes<Dim> nodes;
@@ -81,7 +85,8 @@ struct SideClaim
     SideKind kind;
 };
 
-//! A time series that a module reports, one row per step.
+//! A time series that a module reports, one row per step, the same on all
+//! ranks.
 struct Series
 {
     std::string name;                    //!< file name without suffix
@@ -104,13 +109,16 @@ class Module
     virtual void initialize( State<Dim>& ) {}
     //! Sets or adds to the pressure and sound speed of particles.
     virtual void particleState( State<Dim>& ) {}
-    //! Largest stable time step; infinity when there is no limit.
+    //! Largest stable time step for this rank's gas; infinity when there is no
+    //! limit.
     virtual Real limitTimeStep( State<Dim>& )
     {
         return Kokkos::Experimental::infinity_v<Real>;
     }
     //! Appends the mirror images of particles that it calls for.
     virtual void mirrorParticles( State<Dim>& ) {}
+    //! How far from its particle an image may be, length.
+    virtual Real imageReach( const Grid<Dim>& ) const { return 0; }
     //! Adds to the force on nodes before the halo is folded.
     virtual void gridForce( State<Dim>& ) {}
     //! Adds a viscous pressure, from state.rates, to that of the particles.

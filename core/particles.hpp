@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_PARTICLES_HPP
 #define MACHPOINT_PARTICLES_HPP
 
+#include <core/communicator.hpp>
 #include <core/types.hpp>
 
 #include <Cabana_Core.hpp>
@@ -38,6 +39,9 @@ enum Member : std::size_t
 };
 
 using ParticleBins = Cabana::BinningData<MemorySpace>;
+#ifdef MACHPOINT_ENABLE_MPI
+using ParticlePlan = Cabana::Distributor<MemorySpace>;
+#endif
 
 //! State that one effect alone needs, one entry per particle. Sorting,
 //! removal and insertion carry every sidecar along.
@@ -56,6 +60,12 @@ class SidecarBase
     virtual void save() = 0;
     //! Returns to the copy.
     virtual void restore() = 0;
+#ifdef MACHPOINT_ENABLE_MPI
+    //! Sends the entries of the given rows by a plan, and keeps what arrives.
+    virtual void send( const ParticlePlan& plan, const IndexList& rows ) = 0;
+    //! Puts what arrived at row `first` and after.
+    virtual void receive( int first ) = 0;
+#endif
     //! Bytes held.
     virtual std::size_t bytes() const = 0;
 };
@@ -91,6 +101,37 @@ void copyParticles( AoSoA& to, const AoSoA& from )
     resizeWithSlack( to, from.size() );
     Cabana::deep_copy( to, from );
 }
+
+#ifdef MACHPOINT_ENABLE_MPI
+//! Sends some rows of an AoSoA by a plan. \return what arrives
+template <class AoSoA>
+AoSoA sendTuples( const ParticlePlan& plan, const AoSoA& aosoa,
+                  const IndexList& rows )
+{
+    AoSoA leaving( "Machpoint::leaving", plan.exportSize() );
+    AoSoA arriving( "Machpoint::arriving", plan.totalNumImport() );
+    Kokkos::parallel_for(
+        "Machpoint::leavingParticles",
+        Range( 0, static_cast<int>( leaving.size() ) ),
+        KOKKOS_LAMBDA( const int k ) {
+            leaving.setTuple( k, aosoa.getTuple( rows( k ) ) );
+        } );
+    Cabana::migrate( plan, leaving, arriving );
+    return arriving;
+}
+
+//! Copies all of `from` to row `first` and after.
+template <class AoSoA>
+void appendTuples( const AoSoA& aosoa, const AoSoA& from, const int first )
+{
+    Kokkos::parallel_for(
+        "Machpoint::arrivingParticles",
+        Range( 0, static_cast<int>( from.size() ) ),
+        KOKKOS_LAMBDA( const int k ) {
+            aosoa.setTuple( first + k, from.getTuple( k ) );
+        } );
+}
+#endif
 } // namespace Impl
 
 //! A sidecar with the given members (Cabana::MemberTypes).
@@ -102,7 +143,7 @@ class Sidecar : public SidecarBase
 
     //! \param label what the memory is called in a profile
     Sidecar( const std::string& label, const std::size_t n )
-        : _aosoa( label ), _saved( label )
+        : _aosoa( label ), _saved( label ), _arrived( label )
     {
         resize( n );
     }
@@ -129,17 +170,32 @@ class Sidecar : public SidecarBase
     }
     void save() override { Impl::copyParticles( _saved, _aosoa ); }
     void restore() override { Impl::copyParticles( _aosoa, _saved ); }
+#ifdef MACHPOINT_ENABLE_MPI
+    void send( const ParticlePlan& plan, const IndexList& rows ) override
+    {
+        _arrived = Impl::sendTuples( plan, _aosoa, rows );
+    }
+    void receive( const int first ) override
+    {
+        Impl::appendTuples( _aosoa, _arrived, first );
+        _arrived = aosoa_type( _aosoa.label() );
+    }
+#endif
     std::size_t bytes() const override
     {
         return ( _aosoa.numSoA() + _saved.numSoA() ) *
                sizeof( typename aosoa_type::soa_type );
     }
     //! The data, for slices.
-    aosoa_type& data() { return _aosoa; }
+    aosoa_type& data()
+    {
+        return _aosoa;
+    }
 
   private:
     aosoa_type _aosoa;
     aosoa_type _saved;
+    aosoa_type _arrived; // between send and receive
 };
 
 //! What a method that forms the grid's divergence anew tells the effects of
@@ -251,6 +307,71 @@ class Particles
         resize( kept );
     }
 
+    /*!
+      \brief Sends every particle whose cell another rank has to that rank, with
+      its sidecars. Collective.
+      \param rank_of callable on the device: rank from a position [Dim]
+    */
+    template <class RankOf>
+    void migrate( const Communicator& comm, const RankOf& rank_of )
+    {
+#ifdef MACHPOINT_ENABLE_MPI
+        if ( comm.size() == 1 )
+            return;
+        const int n = size();
+        const int own = comm.rank();
+        const auto x = slice<Position>();
+        const auto id = slice<Id>();
+        int count = 0;
+        if ( static_cast<int>( _ranks.extent( 0 ) ) < n )
+            Kokkos::realloc( Kokkos::WithoutInitializing, _ranks, n + n / 4 );
+        const auto ranks = _ranks;
+        Kokkos::parallel_reduce(
+            "Machpoint::ranksOfParticles", Range( 0, n ),
+            KOKKOS_LAMBDA( const int p, int& sum ) {
+                Vector<Dim> y{};
+                for ( int d = 0; d < Dim; ++d )
+                    y[d] = x( p, d );
+                ranks( p ) = rank_of( y );
+                sum += ranks( p ) != own ? 1 : 0;
+            },
+            count );
+        if ( comm.sum( static_cast<std::int64_t>( count ) ) == 0 )
+            return;
+        IndexList rows( "Machpoint::leavingRows", count );
+        IndexList targets( "Machpoint::targetRanks", count );
+        Kokkos::parallel_scan(
+            "Machpoint::findLeaving", Range( 0, n ),
+            KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
+                if ( ranks( p ) != own )
+                {
+                    if ( final )
+                    {
+                        rows( k ) = p;
+                        targets( k ) = ranks( p );
+                    }
+                    ++k;
+                }
+            } );
+        const ParticlePlan plan( comm.handle(), targets );
+        const auto arrived = Impl::sendTuples( plan, _aosoa, rows );
+        for ( auto& sidecar : _sidecars )
+            sidecar->send( plan, rows );
+        Kokkos::parallel_for(
+            "Machpoint::markLeaving", Range( 0, count ),
+            KOKKOS_LAMBDA( const int k ) { id( rows( k ) ) = -1; } );
+        removeMarked( count );
+        const int kept = size();
+        resize( kept + arrived.size() );
+        Impl::appendTuples( _aosoa, arrived, kept );
+        for ( auto& sidecar : _sidecars )
+            sidecar->receive( kept );
+#else
+        static_cast<void>( comm );
+        static_cast<void>( rank_of );
+#endif
+    }
+
     //! Keeps a copy of all particles and sidecars.
     void save()
     {
@@ -266,7 +387,10 @@ class Particles
             sidecar->restore();
     }
     //! The copy.
-    const aosoa_type& saved() const { return _saved; }
+    const aosoa_type& saved() const
+    {
+        return _saved;
+    }
 
     //! Bytes that one particle takes, sidecars and copies included.
     Real bytesPerParticle() const
@@ -283,6 +407,7 @@ class Particles
   private:
     aosoa_type _aosoa;
     aosoa_type _saved;
+    IndexList _ranks; // scratch of migrate, [>= size]
     std::vector<std::unique_ptr<SidecarBase>> _sidecars;
 };
 

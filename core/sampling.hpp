@@ -52,7 +52,7 @@ struct TotalsSum
     }
 };
 
-//! Mass, momentum and energies of all particles.
+//! Mass, momentum and energies of all particles on all ranks.
 template <class Basis, class Method, int Dim>
 Totals sumParticles( const State<Dim>& state )
 {
@@ -83,6 +83,11 @@ Totals sumParticles( const State<Dim>& state )
             }
         },
         sums );
+    const auto& comm = state.decomposition.comm();
+    TotalsSum all;
+    for ( const auto& rank : comm.gatherAll( std::vector{ sums } ) )
+        all += rank;
+    sums = all;
     Totals totals;
     totals.mass = sums.mass.value();
     for ( int d = 0; d < 3; ++d )
@@ -93,7 +98,7 @@ Totals sumParticles( const State<Dim>& state )
     return totals;
 }
 
-//! Copies the particles to the host. Needs pressures (particleState).
+//! Copies this rank's particles to the host. Needs pressures (particleState).
 template <int Dim>
 ParticleData copyParticles( const State<Dim>& state )
 {
@@ -132,8 +137,8 @@ ParticleData copyParticles( const State<Dim>& state )
 }
 
 /*!
-  \brief Fields on the owned nodes: density (sum m w) / (sum V w), velocity and
-  energy weighted by mass, pressure by volume. All 0 where there is no gas.
+  \brief Fields on this rank's nodes: density (sum m w) / (sum V w), velocity
+  and energy weighted by mass, pressure by volume. All 0 where there is no gas.
 */
 template <class Basis, int Dim>
 GridData sampleGrid( const State<Dim>& state )
@@ -184,6 +189,10 @@ GridData sampleGrid( const State<Dim>& state )
     for ( int d = 0; d < Dim; ++d )
     {
         data.shape.insert( data.shape.begin(), layout.owned[d] );
+        data.global_shape.insert( data.global_shape.begin(),
+                                  layout.cells[d] +
+                                      ( layout.centred ? 0 : 1 ) );
+        data.start.insert( data.start.begin(), layout.box.begin[d] );
         data.lower.push_back( layout.first[d] );
         data.spacing.push_back( layout.spacing[d] );
         total *= layout.owned[d];
@@ -199,7 +208,8 @@ GridData sampleGrid( const State<Dim>& state )
         std::size_t rest = n;
         for ( int d = 0; d < Dim; ++d )
         {
-            i[d] = static_cast<int>( rest % layout.owned[d] );
+            i[d] = layout.box.begin[d] +
+                   static_cast<int>( rest % layout.owned[d] );
             rest /= layout.owned[d];
         }
         const int row = layout( i );

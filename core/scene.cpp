@@ -59,49 +59,76 @@ void makeModules( const Json& list,
         }
 }
 
-//! What each node of each side is; the modules claim them.
+//! The boxes of the ranks that the input asks for.
 template <int Dim>
-Halo<Dim> makeHalo( Scene<Dim>& scene, const NodeLayout<Dim>& layout )
+Decomposition<Dim> decompose( const Json& input, const Grid<Dim>& grid )
 {
-    using View = typename Halo<Dim>::KindView;
-    Kokkos::Array<View, 2 * Dim> kinds;
+    const Communicator comm;
+    auto ranks = chooseRanks<Dim>( grid.cells, comm.size() );
+    const auto block = input.find( "decomposition" );
+    if ( block != input.end() && block->contains( "ranks" ) )
+        for ( int d = 0; d < Dim; ++d )
+            ranks[d] = block->at( "ranks" ).at( d ).template get<int>();
+    try
+    {
+        return Decomposition<Dim>( comm, grid.cells, ranks );
+    }
+    catch ( const std::invalid_argument& error )
+    {
+        throw InputError(
+            { fmt::format( "/decomposition/ranks: {}", error.what() ) } );
+    }
+}
+
+//! A place near which something is wrong, for messages.
+template <int Dim>
+std::string near( const Vector<Dim>& x )
+{
+    std::string text;
+    for ( int d = 0; d < Dim; ++d )
+        text += fmt::format( "{}{:.4g}", d ? ", " : "", x[d] );
+    return fmt::format( "near ({})", text );
+}
+
+/*!
+  \brief What each node of each side of the whole domain is; the modules claim
+  them. All ranks find the same, and the same errors.
+  \return for each side the kinds of its nodes without halo, x first
+*/
+template <int Dim>
+std::vector<std::vector<SideKind>> claimSides( Scene<Dim>& scene,
+                                               const NodeLayout<Dim>& whole )
+{
+    std::vector<std::vector<SideKind>> kinds;
     std::vector<std::string> errors;
     const auto names = sideNames( Dim );
     for ( int side = 0; side < 2 * Dim; ++side )
     {
         const int axis = side / 2;
-        const int size = Halo<Dim>::sideSize( layout, axis );
-        kinds[side] = View( "Machpoint::sideKinds", size );
-        auto host = Kokkos::create_mirror_view( kinds[side] );
+        auto& list = kinds.emplace_back();
         std::string gap, overlap;
-        for ( int t = 0; t < size; ++t )
+        for ( int t = 0; t < Halo<Dim>::sideSize( whole, axis ); ++t )
         {
-            auto i = Halo<Dim>::sideNode( layout, axis, t );
-            // The halo's corners belong to the nearest place of the side.
-            for ( int d = 0; d < Dim; ++d )
-                i[d] = std::clamp( i[d], 0, layout.owned[d] - 1 );
-            auto x = layout.position( i );
+            auto x = whole.position( Halo<Dim>::sideNode( whole, axis, t ) );
             x[axis] = side % 2 ? scene.state.grid.upper[axis]
                                : scene.state.grid.lower[axis];
             int claims = 0;
+            SideKind kind{};
             for ( const auto& active : scene.modules )
                 for ( const auto& claim : active.module->sides() )
                     if ( claim.side == side && active.module->covers( x ) )
                     {
-                        host( t ) = claim.kind;
+                        kind = claim.kind;
                         ++claims;
                     }
+            list.push_back( kind );
             auto& problem = claims == 0 ? gap : overlap;
             if ( claims != 1 && problem.empty() )
-                problem =
-                    fmt::format( "near ({:.4g}", x[0] ) +
-                    ( Dim > 1 ? fmt::format( ", {:.4g}", x[1] ) : "" ) +
-                    ( Dim > 2 ? fmt::format( ", {:.4g}", x[Dim - 1] ) : "" ) +
-                    ")";
-            if ( host( t ) == SideKind::no_slip )
+                problem = near<Dim>( x );
+            if ( kind == SideKind::no_slip )
                 for ( int d = 0; d < Dim; ++d )
                     scene.has_wall[d] = 1;
-            else if ( host( t ) == SideKind::slip )
+            else if ( kind == SideKind::slip )
                 scene.has_wall[axis] = 1;
         }
         if ( !gap.empty() )
@@ -114,11 +141,48 @@ Halo<Dim> makeHalo( Scene<Dim>& scene, const NodeLayout<Dim>& layout )
                 "/boundary: more than one entry for side {} {}; keep one, or "
                 "give them regions that do not overlap",
                 names[side], overlap ) );
-        Kokkos::deep_copy( kinds[side], host );
     }
     if ( !errors.empty() )
         throw InputError( errors );
-    return Halo<Dim>( layout, kinds );
+    return kinds;
+}
+
+//! The halo of this rank's nodes.
+template <int Dim>
+Halo<Dim> makeHalo( Scene<Dim>& scene )
+{
+    const auto& state = scene.state;
+    const auto& layout = state.layout;
+    const NodeLayout<Dim> whole( state.grid, layout.centred, 0 );
+    const auto claimed = claimSides( scene, whole );
+    Kokkos::Array<KindView, 2 * Dim> kinds;
+    for ( int side = 0; side < 2 * Dim; ++side )
+    {
+        const int axis = side / 2;
+        const int size = Halo<Dim>::sideSize( layout, axis );
+        kinds[side] = KindView( "Machpoint::sideKinds", size );
+        auto host = Kokkos::create_mirror_view( kinds[side] );
+        for ( int t = 0; t < size; ++t )
+        {
+            const auto i = Halo<Dim>::sideNode( layout, axis, t );
+            // The halo's corners belong to the nearest place of the side.
+            int flat = 0;
+            for ( int d = Dim - 1; d >= 0; --d )
+                if ( d != axis )
+                    flat = flat * whole.extent[d] +
+                           std::clamp( i[d], 0, whole.extent[d] - 1 );
+            host( t ) = claimed[side][flat];
+        }
+        Kokkos::deep_copy( kinds[side], host );
+    }
+    try
+    {
+        return Halo<Dim>( layout, kinds, state.decomposition );
+    }
+    catch ( const std::invalid_argument& error )
+    {
+        throw InputError( { fmt::format( "/grid/cells: {}", error.what() ) } );
+    }
 }
 
 template <std::size_t K = 0>
@@ -158,7 +222,7 @@ std::unique_ptr<InitialState> makeInitialState( const Json& json,
     throw std::logic_error( "no initial state " + json.at( "type" ).dump() );
 }
 
-//! Lays the particles into the cells, on the host, cell by cell.
+//! Lays the particles into this rank's cells, on the host, cell by cell.
 template <int Dim>
 void placeParticles( const Json& input, Scene<Dim>& scene )
 {
@@ -188,8 +252,9 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
     auto& state = scene.state;
     const auto& grid = state.grid;
     const int q = latticeSize( state.per_cell, Dim );
+    const auto& box = state.layout.box;
     const std::size_t places =
-        static_cast<std::size_t>( grid.totalCells() ) * state.per_cell;
+        static_cast<std::size_t>( box.totalCells() ) * state.per_cell;
     Cabana::AoSoA<ParticleMembers<Dim>, Kokkos::HostSpace> host(
         "Machpoint::hostParticles", places );
     auto x = Cabana::slice<Position>( host );
@@ -202,19 +267,26 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
     auto sound_speed = Cabana::slice<SoundSpeed>( host );
     auto id = Cabana::slice<Id>( host );
     std::size_t p = 0;
-    for ( int cell = 0; cell < grid.totalCells(); ++cell )
+    for ( int own_cell = 0; own_cell < box.totalCells(); ++own_cell )
+    {
+        Indices<Dim> i{};
+        int rest = own_cell;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            i[d] = box.begin[d] + rest % box.cells( d );
+            rest /= box.cells( d );
+        }
+        // Ids and random places count the cells of the whole domain.
+        std::int64_t cell = 0;
+        for ( int d = Dim - 1; d >= 0; --d )
+            cell = cell * grid.cells[d] + i[d];
         for ( int k = 0; k < state.per_cell; ++k )
         {
             const auto f =
                 placeInCell<Dim>( state.placement, q, state.seed, cell, k );
             Vector<Dim> y{};
-            int rest = cell;
             for ( int d = 0; d < Dim; ++d )
-            {
-                y[d] = grid.lower[d] +
-                       ( rest % grid.cells[d] + f[d] ) * grid.spacing[d];
-                rest /= grid.cells[d];
-            }
+                y[d] = grid.lower[d] + ( i[d] + f[d] ) * grid.spacing[d];
             bool solid = false;
             for ( const auto& active : scene.modules )
                 solid = solid || active.module->isSolid( y );
@@ -244,10 +316,11 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
                 scene.gas->specificInternalEnergy( gas.density, gas.pressure );
             pressure( p ) = 0;
             sound_speed( p ) = 0;
-            id( p ) = static_cast<std::int64_t>( cell ) * state.per_cell + k;
+            id( p ) = cell * state.per_cell + k;
             ++p;
         }
-    if ( p == 0 )
+    }
+    if ( state.decomposition.comm().sum( static_cast<std::int64_t>( p ) ) == 0 )
         throw InputError(
             { "/initial: no particle finds room: obstacles and regions leave "
               "no gas in the domain; shrink the obstacle or widen a region" } );
@@ -256,16 +329,34 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
     Cabana::deep_copy( state.particles.data(), host );
 }
 
+//! This rank's nodes; images of particles may lie in other ranks' boxes.
+template <int Dim>
+NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene, const NodeNeeds& needs )
+{
+    const auto& state = scene.state;
+    int reach = needs.reach;
+    if ( state.decomposition.comm().size() > 1 )
+    {
+        Real farthest = 0;
+        for ( const auto& active : scene.modules )
+            farthest =
+                std::max( farthest, active.module->imageReach( state.grid ) );
+        reach +=
+            static_cast<int>( std::ceil( farthest / state.grid.minSpacing() ) );
+    }
+    return NodeLayout<Dim>( state.grid, state.decomposition.box(),
+                            needs.centred, needs.halo, reach );
+}
+
 } // namespace
 
 template <int Dim>
-Scene<Dim> makeScene( const Json& input, const Grid<Dim>& grid,
-                      const NodeLayout<Dim>& layout )
+Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
 {
     Scene<Dim> scene;
     auto& state = scene.state;
-    state.grid = grid;
-    state.layout = layout;
+    state.grid = makeGrid<Dim>( input );
+    state.decomposition = decompose( input, state.grid );
     const auto& particles = input.at( "particles" );
     state.per_cell = particles.at( "per_cell" );
     state.seed = particles.at( "seed" ).template get<std::uint64_t>();
@@ -283,7 +374,8 @@ Scene<Dim> makeScene( const Json& input, const Grid<Dim>& grid,
                            { return active.module->sides().empty(); } );
     for ( const auto& active : scene.modules )
         scene.is_open = scene.is_open || active.module->isOpen();
-    state.halo = makeHalo( scene, layout );
+    state.layout = layOutNodes( scene, needs );
+    state.halo = makeHalo( scene );
     placeParticles( input, scene );
     return scene;
 }
@@ -314,11 +406,8 @@ Family initialFamily()
              } };
 }
 
-template Scene<1> makeScene( const Json&, const Grid<1>&,
-                             const NodeLayout<1>& );
-template Scene<2> makeScene( const Json&, const Grid<2>&,
-                             const NodeLayout<2>& );
-template Scene<3> makeScene( const Json&, const Grid<3>&,
-                             const NodeLayout<3>& );
+template Scene<1> makeScene( const Json&, const NodeNeeds& );
+template Scene<2> makeScene( const Json&, const NodeNeeds& );
+template Scene<3> makeScene( const Json&, const NodeNeeds& );
 
 } // namespace Machpoint

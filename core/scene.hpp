@@ -29,15 +29,22 @@ struct Scene
     Indices<Dim> has_wall{}; //!< does a wall take momentum along this axis?
 };
 
+//! What a scene needs to know of a basis and a method to lay out its nodes.
+struct NodeNeeds
+{
+    bool centred; //!< nodes at cell centres rather than vertices
+    int halo;     //!< layers of nodes that a particle in the box sees beyond it
+    int reach;    //!< cells beyond the box from which particles scatter
+};
+
 /*!
-  \brief Builds the scene of a resolved input.
-  \param layout the nodes of the basis
-  \throws InputError where places of a side are taken twice or by nobody, or
-  where no particle finds room
+  \brief Builds this rank's part of the scene of a resolved input.
+  \throws InputError where places of a side are taken twice or by nobody, where
+  no particle finds room, or where the ranks do not fit the cells; on all ranks
+  alike
 */
 template <int Dim>
-Scene<Dim> makeScene( const Json& input, const Grid<Dim>& grid,
-                      const NodeLayout<Dim>& layout );
+Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs );
 
 //! The grid of a resolved input.
 template <int Dim>

@@ -42,7 +42,7 @@ struct Extrema
     Real max_mach = 0;
 };
 
-//! Particle data on the host, for output and errors. Row-major.
+//! This rank's particles on the host, for output and errors. Row-major.
 struct ParticleData
 {
     std::vector<Real> position, velocity; //!< [n][Dim]
@@ -51,16 +51,19 @@ struct ParticleData
     std::vector<std::int64_t> id; //!< [n]
 };
 
-//! Node data on the host, for output. Row-major, x last.
+//! This rank's block of node data on the host, for output. Row-major, x last.
 struct GridData
 {
-    std::vector<std::size_t> shape;   //!< [nz][ny][nx]
-    std::vector<Real> lower, spacing; //!< [Dim], x first
+    std::vector<std::size_t> shape;        //!< [nz][ny][nx]
+    std::vector<std::size_t> global_shape; //!< the same of the whole domain
+    std::vector<std::size_t> start;        //!< of the block in the whole
+    std::vector<Real> lower, spacing;      //!< of the whole, [Dim], x first
     std::vector<Real> density, pressure, specific_internal_energy;
     std::vector<Real> velocity; //!< [nz][ny][nx][Dim]
 };
 
-//! A run in progress.
+//! A run in progress. On many ranks totals and counts are those of all ranks,
+//! and step, totals, ledger and the data for output are collective.
 class Simulation
 {
   public:
@@ -83,7 +86,7 @@ class Simulation
     virtual const Extrema& extrema() const = 0;
     //! Steps that were rejected and repeated with half the time step.
     virtual std::int64_t retries() const = 0;
-    virtual const Ledger& ledger() const = 0;
+    virtual Ledger ledger() const = 0;
     virtual bool isOpen() const = 0;
     //! Is momentum along this axis free of walls and obstacles?
     virtual bool conservesMomentum( int axis ) const = 0;

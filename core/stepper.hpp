@@ -32,8 +32,17 @@ class Stepper : public Simulation
   public:
     //! \param input resolved \throws InputError
     explicit Stepper( const Json& input )
-        : Stepper( input, makeGrid<Dim>( input ) )
+        : _scene( makeScene<Dim>(
+              input, { Basis::centred, Basis::halo, Method::extra_halo } ) ),
+          _scatter( makeScatter( makeNodes() ) ),
+          _storage( _scene.state, input ),
+          _sort_every( input.at( "particles" ).at( "sort_every" ) ),
+          _most_retries( input.at( "time" ).at( "retries" ) )
     {
+        each( "set-up", &Module<Dim>::initialize );
+        each( "set-up", &Module<Dim>::particleState );
+        countParticles();
+        survey();
     }
 
     /*!
@@ -49,12 +58,13 @@ class Stepper : public Simulation
             chooseTimeStep( until, part );
             advance();
             const auto fault = findFault();
-            if ( fault.particle < 0 )
+            if ( fault.empty() )
                 break;
             reject( fault, part );
         }
         applyBoundaries();
         each( "inject", &Module<Dim>::inject );
+        migrate();
         auto& state = _scene.state;
         state.time =
             state.dt >= until - state.time ? until : state.time + state.dt;
@@ -65,10 +75,7 @@ class Stepper : public Simulation
     Real time() const override { return _scene.state.time; }
     Real timeStep() const override { return _scene.state.dt; }
     std::int64_t steps() const override { return _scene.state.step; }
-    std::int64_t particles() const override
-    {
-        return _scene.state.particles.size();
-    }
+    std::int64_t particles() const override { return _particles; }
     const std::string& limiter() const override { return _limiter; }
     Real bytesPerParticle() const override
     {
@@ -80,7 +87,13 @@ class Stepper : public Simulation
     }
     const Extrema& extrema() const override { return _extrema; }
     std::int64_t retries() const override { return _retries; }
-    const Ledger& ledger() const override { return _scene.state.ledger; }
+    Ledger ledger() const override
+    {
+        const auto& own = _scene.state.ledger;
+        const auto sums =
+            comm().sum( { own.mass_in, own.mass_out, own.energy_in } );
+        return { sums[0], sums[1], sums[2] };
+    }
     bool isOpen() const override { return _scene.is_open; }
     bool conservesMomentum( const int axis ) const override
     {
@@ -109,17 +122,9 @@ class Stepper : public Simulation
     }
 
   private:
-    Stepper( const Json& input, const Grid<Dim>& grid )
-        : _scene( makeScene<Dim>(
-              input, grid, nodeLayout<Basis>( grid, Method::extra_halo ) ) ),
-          _scatter( makeScatter( makeNodes() ) ),
-          _storage( _scene.state, input ),
-          _sort_every( input.at( "particles" ).at( "sort_every" ) ),
-          _most_retries( input.at( "time" ).at( "retries" ) )
+    const Communicator& comm() const
     {
-        each( "set-up", &Module<Dim>::initialize );
-        each( "set-up", &Module<Dim>::particleState );
-        survey();
+        return _scene.state.decomposition.comm();
     }
 
     //! Allocates the node fields. \return those that particles add to
@@ -205,23 +210,55 @@ class Stepper : public Simulation
         each( "particle source", &Module<Dim>::particleSource );
     }
 
-    Fault findFault()
+    //! Particles go to the ranks that have their cells.
+    void migrate()
+    {
+        auto& state = _scene.state;
+        if ( comm().size() > 1 )
+        {
+            Profile::Phase phase( "migration" );
+            state.particles.migrate( comm(),
+                                     state.decomposition.finder( state.grid ) );
+        }
+        countParticles();
+    }
+
+    void countParticles()
+    {
+        _particles = comm().sum(
+            static_cast<std::int64_t>( _scene.state.particles.size() ) );
+    }
+
+    //! What is wrong with the gas on any rank: empty if nothing.
+    std::string findFault()
     {
         if ( _most_retries == 0 )
             return {};
         Profile::Phase phase( "guard" );
-        return Machpoint::findFault( _scene.state, Method::positive_energy );
+        return describe(
+            Machpoint::findFault( _scene.state, Method::positive_energy ) );
+    }
+
+    //! The text of the rank whose fault is the worst; empty without faults.
+    std::string describe( const Fault& fault ) const
+    {
+        const auto worst =
+            comm().least( -static_cast<double>( fault.kind ), comm().rank() );
+        if ( worst.value == 0 )
+            return {};
+        return comm().from( worst.tag,
+                            worst.tag == comm().rank()
+                                ? describeFault( _scene.state, fault )
+                                : std::string() );
     }
 
     //! Returns to the start of the step. \throws NumericalFailure when a
     //! shorter step has been tried often enough
-    void reject( const Fault& fault, const Real part )
+    void reject( const std::string& fault, const Real part )
     {
-        auto& state = _scene.state;
-        const auto failure = describeFailure( state, fault );
         restore();
         if ( part * std::ldexp( 1.0, _most_retries ) < 1.5 )
-            throw failure;
+            throw NumericalFailure( fault );
         ++_retries;
         each( "particle state", &Module<Dim>::particleState );
     }
@@ -273,23 +310,26 @@ class Stepper : public Simulation
 
     ParticleSurvey survey()
     {
-        const auto found = surveyParticles( _scene.state );
-        if ( found.broken >= 0 )
+        auto found = surveyParticles( _scene.state );
+        auto fault =
+            describe( { found.broken, found.broken >= 0 ? FaultKind::not_finite
+                                                        : FaultKind::none } );
+        if ( !fault.empty() )
         {
-            const auto failure = describeFailure(
-                _scene.state, { found.broken, FaultKind::not_finite } );
             // A boundary or a source broke the gas after the step's check.
             if ( _most_retries > 0 && _scene.state.step > 0 )
                 restore();
-            throw failure;
+            throw NumericalFailure( fault );
         }
-        _extrema.min_density =
-            std::min( _extrema.min_density, found.extrema.min_density );
+        const auto& own = found.extrema;
+        const auto largest =
+            comm().max( { found.fastest, -own.min_density,
+                          -own.min_specific_internal_energy, own.max_mach } );
+        found.fastest = largest[0];
+        _extrema.min_density = std::min( _extrema.min_density, -largest[1] );
         _extrema.min_specific_internal_energy =
-            std::min( _extrema.min_specific_internal_energy,
-                      found.extrema.min_specific_internal_energy );
-        _extrema.max_mach =
-            std::max( _extrema.max_mach, found.extrema.max_mach );
+            std::min( _extrema.min_specific_internal_energy, -largest[2] );
+        _extrema.max_mach = std::max( _extrema.max_mach, largest[3] );
         return found;
     }
 
@@ -301,20 +341,24 @@ class Stepper : public Simulation
         auto& state = _scene.state;
         Real dt = Kokkos::Experimental::infinity_v<Real>;
         if ( _survey.fastest > 0 )
-        {
             dt = state.cfl * state.grid.minSpacing() / _survey.fastest;
-            _limiter = "wave speed";
-        }
-        for ( auto& active : _scene.modules )
+        // Modules are numbered from 1; 0 stands for the wave speed.
+        int limiter = 0;
+        for ( std::size_t k = 0; k < _scene.modules.size(); ++k )
         {
+            auto& active = _scene.modules[k];
             Profile::Effect effect( active.name );
             const Real limit = active.module->limitTimeStep( state );
             if ( limit < dt )
             {
                 dt = limit;
-                _limiter = active.name;
+                limiter = static_cast<int>( k ) + 1;
             }
         }
+        const auto least = comm().least( dt, limiter );
+        dt = least.value;
+        _limiter =
+            least.tag == 0 ? "wave speed" : _scene.modules[least.tag - 1].name;
         if ( state.step < start_up_steps )
             dt *= start_up_factor;
         if ( part < 1 )
@@ -341,27 +385,27 @@ class Stepper : public Simulation
         Profile::Phase phase( "sort" );
         auto& state = _scene.state;
         const auto x = state.particles.template slice<Position>();
-        const auto grid = state.grid;
         const int n = state.particles.size();
         if ( static_cast<int>( _keys.extent( 0 ) ) < n )
             Kokkos::realloc( Kokkos::WithoutInitializing, _keys, n + n / 4 );
         const auto keys = Kokkos::subview( _keys, Kokkos::make_pair( 0, n ) );
-        computeKeys( x, grid, keys );
-        state.particles.permute( Cabana::binByKey( keys, grid.totalCells() ) );
+        const auto& box = state.layout.box;
+        computeKeys( x, state.grid, box, keys );
+        state.particles.permute( Cabana::binByKey( keys, box.totalCells() ) );
     }
 
   public:
-    //! Cell of every particle. Public because nvcc wants the parent function
-    //! of a device lambda to be accessible.
+    //! Cell of every particle, within the rank's box. Public because nvcc wants
+    //! the parent function of a device lambda to be accessible.
     template <class PositionSlice, class KeyView>
     static void computeKeys( const PositionSlice& x, const Grid<Dim>& grid,
-                             const KeyView& keys )
+                             const CellBox<Dim>& box, const KeyView& keys )
     {
         Kokkos::parallel_for(
             "Machpoint::cellOfParticle",
             Range( 0, static_cast<int>( keys.extent( 0 ) ) ),
             KOKKOS_LAMBDA( const int p ) {
-                keys( p ) = grid.flatCell( get<Dim>( x, p ) );
+                keys( p ) = box.flatCell( grid, get<Dim>( x, p ) );
             } );
     }
 
@@ -371,6 +415,7 @@ class Stepper : public Simulation
     typename Method::template Storage<Dim> _storage;
     int _sort_every;
     int _most_retries;
+    std::int64_t _particles = 0; // on all ranks
     std::int64_t _retries = 0;
     ParticleSurvey _survey;
     Ledger _saved_ledger;

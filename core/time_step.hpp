@@ -137,14 +137,14 @@ Fault findFault( const State<Dim>& state, const bool positive_energy )
 
 //! Says what is wrong with which particle, where and when, and what to try.
 template <int Dim>
-NumericalFailure describeFailure( const State<Dim>& state, const Fault& fault )
+std::string describeFault( const State<Dim>& state, const Fault& fault )
 {
     using tuple_type = typename Particles<Dim>::aosoa_type::tuple_type;
     Kokkos::View<tuple_type, MemorySpace> tuple( "Machpoint::brokenParticle" );
     const auto aosoa = state.particles.data();
     const int p = fault.particle;
     Kokkos::parallel_for(
-        "Machpoint::describeFailure", Range( 0, 1 ),
+        "Machpoint::describeFault", Range( 0, 1 ),
         KOKKOS_LAMBDA( const int ) { tuple() = aosoa.getTuple( p ); } );
     const auto host =
         Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), tuple );
@@ -162,7 +162,7 @@ NumericalFailure describeFailure( const State<Dim>& state, const Fault& fault )
         : fault.kind == FaultKind::negative_energy
             ? "no positive specific internal energy"
             : "moved by more than a cell";
-    return NumericalFailure( fmt::format(
+    return fmt::format(
         "the gas broke down at step {}, t = {:.8g}, dt = {:.3g}: particle {} "
         "at ({}) has {}: volume {:.6g}, specific internal energy {:.6g}, "
         "velocity ({}), sound speed {:.6g}; try a smaller time.cfl, more cells "
@@ -170,7 +170,7 @@ NumericalFailure describeFailure( const State<Dim>& state, const Fault& fault )
         state.step, state.time, state.dt, Cabana::get<Id>( host() ), place,
         what, Cabana::get<Volume>( host() ),
         Cabana::get<SpecificInternalEnergy>( host() ), velocity,
-        Cabana::get<SoundSpeed>( host() ) ) );
+        Cabana::get<SoundSpeed>( host() ) );
 }
 
 } // namespace Machpoint

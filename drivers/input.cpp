@@ -86,6 +86,14 @@ Parameters inputParameters( const int dimension )
         .atMost( 50 )
         .defaultsTo( 10 );
 
+    Parameters decomposition(
+        "decomposition", "boxes of cells, one for each MPI rank", dimension );
+    decomposition
+        .integerVector( "ranks", "ranks along each axis; by default the boxes "
+                                 "of least surface" )
+        .atLeast( 1 )
+        .optional();
+
     Parameters output( "output", "what is written, and when", dimension );
     output.number( "every", "time between outputs; by default start and end" )
         .unit( "time" )
@@ -112,6 +120,8 @@ Parameters inputParameters( const int dimension )
     all.object( "time", time, "length of the run" );
     all.oneOf( "exact", exactFamily(), "exact solution to measure errors by" )
         .optional();
+    all.object( "decomposition", decomposition,
+                "which rank computes which part of the domain" );
     all.object( "output", output, "what is written" );
     return all;
 }

@@ -66,7 +66,7 @@ class Gravity : public Module<Dim>
         const auto velocities = state.nodes.velocities;
         const auto force = _force;
         const auto layout = state.layout;
-        const auto halo = state.halo;
+        const auto weights = state.halo.weights();
         Real power = 0;
         Kokkos::parallel_reduce(
             "Machpoint::gravityWork", Range( 0, layout.total ),
@@ -76,7 +76,7 @@ class Gravity : public Module<Dim>
                     return;
                 for ( int d = 0; d < Dim; ++d )
                     sum +=
-                        halo.weight( i ) * force( row, d ) * 0.5 *
+                        weights( i ) * force( row, d ) * 0.5 *
                         ( velocities( row, d ) + velocities( row, Dim + d ) );
             },
             power );

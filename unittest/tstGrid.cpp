@@ -16,7 +16,7 @@ TEST( Grid, cellsAndVolumes )
     const Grid<2> grid( { -1, 0 }, { 1, 3 }, { 4, 6 } );
     EXPECT_DOUBLE_EQ( grid.spacing[0], 0.5 );
     EXPECT_DOUBLE_EQ( grid.spacing[1], 0.5 );
-    EXPECT_EQ( grid.totalCells(), 24 );
+    EXPECT_EQ( wholeDomain( grid ).totalCells(), 24 );
     EXPECT_DOUBLE_EQ( grid.cellVolume(), 0.25 );
     EXPECT_EQ( grid.cell( -1.0, 0 ), 0 );
     EXPECT_EQ( grid.cell( 0.49, 0 ), 2 );
@@ -24,7 +24,32 @@ TEST( Grid, cellsAndVolumes )
     EXPECT_EQ( grid.cell( 1.0, 0 ), 3 );
     EXPECT_EQ( grid.cell( 7.0, 0 ), 3 );
     EXPECT_EQ( grid.cell( -7.0, 0 ), 0 );
-    EXPECT_EQ( grid.flatCell( { 0.2, 1.2 } ), 2 * 4 + 2 );
+    EXPECT_EQ( wholeDomain( grid ).flatCell( grid, { 0.2, 1.2 } ), 2 * 4 + 2 );
+}
+
+// A box numbers its own cells, but knows them by their place in the domain.
+TEST( Grid, boxOfARank )
+{
+    const Grid<2> grid( { -1, 0 }, { 1, 3 }, { 4, 6 } );
+    const CellBox<2> box{ { 1, 2 }, { 3, 6 } };
+    EXPECT_EQ( box.totalCells(), 8 );
+    EXPECT_EQ( box.flatCell( grid, { 0.2, 1.2 } ), 1 );
+    EXPECT_EQ( box.flatCell( grid, { 9, 9 } ), 7 ); // the nearest
+    EXPECT_TRUE( box.contains( grid, { 0.2, 1.2 } ) );
+    EXPECT_TRUE( box.contains( grid, { 0.2, 3 } ) ); // the upper side
+    EXPECT_FALSE( box.contains( grid, { 0.2, 0.9 } ) );
+    EXPECT_FALSE( box.contains( grid, { 0.5, 1.2 } ) );
+    const NodeLayout<2> layout( grid, box, false, 1, 2 );
+    EXPECT_EQ( layout.owned[0], 2 );
+    EXPECT_EQ( layout.owned[1], 5 ); // the domain's last vertex, too
+    EXPECT_EQ( layout.lowest( 0 ), 1 - 3 );
+    EXPECT_EQ( layout( { -2, -1 } ), 0 );
+    EXPECT_DOUBLE_EQ( layout.position( { 1, 2 } )[0], -0.5 );
+    for ( int row = 0; row < layout.total; ++row )
+        EXPECT_EQ( layout( layout.indices( row ) ), row );
+    EXPECT_TRUE( layout.isOwned( { 2, 6 } ) );
+    EXPECT_FALSE( layout.isOwned( { 3, 6 } ) );
+    EXPECT_FALSE( layout.isOwned( { 0, 6 } ) );
 }
 
 TEST( Grid, layoutIsABijection )

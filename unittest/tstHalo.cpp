@@ -15,11 +15,11 @@ template <int Dim>
 Halo<Dim> makeHalo( const NodeLayout<Dim>& layout,
                     const std::array<SideKind, Dim>& kind )
 {
-    Kokkos::Array<typename Halo<Dim>::KindView, 2 * Dim> kinds;
+    Kokkos::Array<KindView, 2 * Dim> kinds;
     for ( int side = 0; side < 2 * Dim; ++side )
     {
-        kinds[side] = typename Halo<Dim>::KindView(
-            "kinds", Halo<Dim>::sideSize( layout, side / 2 ) );
+        kinds[side] =
+            KindView( "kinds", Halo<Dim>::sideSize( layout, side / 2 ) );
         Kokkos::deep_copy( kinds[side], kind[side / 2] );
     }
     return Halo<Dim>( layout, kinds );
@@ -171,7 +171,7 @@ void checkAdjoint( const std::array<SideKind, Dim>& kind )
     Kokkos::parallel_for(
         "weights", Range( 0, layout.total ), KOKKOS_LAMBDA( const int row ) {
             const auto i = layout.indices( row );
-            weights( row ) = layout.isOwned( i ) ? halo.weight( i ) : 0.0;
+            weights( row ) = layout.isOwned( i ) ? halo.weights()( i ) : 0.0;
         } );
     auto hw =
         Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), weights );

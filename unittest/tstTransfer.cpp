@@ -27,9 +27,8 @@ struct Box
         auto input = Test::box( Dim, 5, 2, "apic", Basis::name, boundary );
         input["particles"]["placement"] = "random";
         const auto resolved = resolveInput( input, "test" );
-        const auto grid = makeGrid<Dim>( resolved );
         auto scene =
-            makeScene<Dim>( resolved, grid, nodeLayout<Basis>( grid ) );
+            makeScene<Dim>( resolved, { Basis::centred, Basis::halo, 0 } );
         const int total = scene.state.layout.total;
         scene.state.nodes.moments = NodeView( "moments", total, 1 + 2 * Dim );
         scene.state.nodes.velocities = NodeView( "velocities", total, 2 * Dim );
@@ -47,14 +46,14 @@ Real ownedMass( const State<Dim>& state )
 {
     const auto moments = state.nodes.moments;
     const auto layout = state.layout;
-    const auto halo = state.halo;
+    const auto weights = state.halo.weights();
     Real owned = 0;
     Kokkos::parallel_reduce(
         "ownedMass", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int row, Real& sum ) {
             const auto i = layout.indices( row );
             if ( layout.isOwned( i ) )
-                sum += halo.weight( i ) * moments( row, 0 );
+                sum += weights( i ) * moments( row, 0 );
         },
         owned );
     return owned;

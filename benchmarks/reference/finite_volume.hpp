@@ -137,7 +137,7 @@ class FiniteVolume
 
     Real time() const { return _time; }
     std::int64_t steps() const { return _steps; }
-    int cells() const { return _grid.totalCells(); }
+    int cells() const { return wholeDomain( _grid ).totalCells(); }
 
     //! Fields at the cells' centres; all 0 in solids.
     GridData fields() const

@@ -17,4 +17,8 @@
 #include <Cabana_Tuple.hpp>
 #include <Cabana_Types.hpp>
 
+#ifdef MACHPOINT_ENABLE_MPI
+#include <Cabana_Distributor.hpp>
+#endif
+
 #endif

@@ -126,7 +126,7 @@ void depositParticles( const State<Dim>& state, NodeScatter& scatter )
         "Machpoint::depositParticles", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
             const auto nodes = sums.access();
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ), 1 );
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             Vector<Dim> affine[Dim];
             loadAffine<Dim>( C, p, affine );
             depositMoments<Basis, Dim>( nodes, grid, layout, s, m( p ), V( p ),
@@ -139,8 +139,8 @@ void depositParticles( const State<Dim>& state, NodeScatter& scatter )
                 const auto nodes = sums.access();
                 const int p = images.particle( k );
                 const auto mirror = images.mirror( k );
-                const Stencil<Basis, Dim> s(
-                    grid, layout, mirror.point( get<Dim>( x, p ) ), 1 );
+                const Stencil<Basis, Dim> s( grid, layout,
+                                             mirror.point( get<Dim>( x, p ) ) );
                 Vector<Dim> affine[Dim];
                 loadAffine<Dim>( C, p, affine );
                 mirrorAffine<Dim>( mirror, affine );
@@ -253,7 +253,7 @@ void gatherRates( const State<Dim>& state, const NodeView& faces )
     Kokkos::parallel_for(
         "Machpoint::gatherRates", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ), 1 );
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             Real D = 0;
             Real normalised = 0;
             Real compression = 0; // sum w |min(d, 0)|
@@ -355,7 +355,7 @@ void depositStress( const State<Dim>& state, NodeView stress,
     Kokkos::parallel_for(
         "Machpoint::depositStress", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ), 1 );
+            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             depositStress<Basis, Dim>( sums.access(), grid, layout, s,
                                        V( p ) * pressure( p ), mixed( p ) );
         } );
@@ -365,8 +365,8 @@ void depositStress( const State<Dim>& state, NodeView stress,
             KOKKOS_LAMBDA( const int k ) {
                 const int p = images.particle( k );
                 const Stencil<Basis, Dim> s(
-                    grid, layout, images.mirror( k ).point( get<Dim>( x, p ) ),
-                    1 );
+                    grid, layout,
+                    images.mirror( k ).point( get<Dim>( x, p ) ) );
                 depositStress<Basis, Dim>( sums.access(), grid, layout, s,
                                            V( p ) * pressure( p ), mixed( p ) );
             } );

@@ -157,7 +157,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Vector<Dim> old_v = get<Dim>( v, p );
             Vector<Dim> affine[Dim];
             loadAffine<Dim>( C, p, affine );
-            const Stencil<Basis, Dim> s( grid, layout, old_x, 1 );
+            const Stencil<Basis, Dim> s( grid, layout, old_x );
             Gathered<Basis, Dim> g;
             g.template gather<Rearranges>( grid, layout, s, moments, velocities,
                                            faces, old_v, affine );
@@ -254,7 +254,7 @@ Real workOfImages( const State<Dim>& state, const NodeView& faces )
             const int p = images.particle( k );
             const auto mirror = images.mirror( k );
             const Stencil<Basis, Dim> s( grid, layout,
-                                         mirror.point( get<Dim>( x, p ) ), 1 );
+                                         mirror.point( get<Dim>( x, p ) ) );
             Vector<Dim> affine[Dim];
             loadAffine<Dim>( C, p, affine );
             mirrorAffine<Dim>( mirror, affine );

@@ -11,6 +11,8 @@
 #include <core/conservative/parts.hpp>
 #include <core/module.hpp>
 
+#include <algorithm>
+
 namespace Machpoint
 {
 
@@ -29,6 +31,36 @@ enum HistoryMember : std::size_t
 
 namespace Impl
 {
+
+/*!
+  \brief New ids for the children of the given particles, in the order of their
+  parents' ids over all ranks, so that they depend neither on the number of
+  ranks nor on the order in memory. Advances state.next_id. Collective.
+  \param parents rows [n] \return ids [n]
+*/
+template <int Dim>
+Kokkos::View<std::int64_t*, MemorySpace>
+numberByParent( State<Dim>& state, const IndexList& parents )
+{
+    const int n = static_cast<int>( parents.extent( 0 ) );
+    Kokkos::View<std::int64_t*, MemorySpace> ids( "Machpoint::newIds", n );
+    const auto id = state.particles.template slice<Id>();
+    Kokkos::parallel_for(
+        "Machpoint::parentIds", Range( 0, n ),
+        KOKKOS_LAMBDA( const int k ) { ids( k ) = id( parents( k ) ); } );
+    const auto host =
+        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), ids );
+    auto all = state.decomposition.comm().gatherAll(
+        std::vector<std::int64_t>( host.data(), host.data() + n ) );
+    std::sort( all.begin(), all.end() );
+    for ( int k = 0; k < n; ++k )
+        host( k ) = state.next_id +
+                    ( std::lower_bound( all.begin(), all.end(), host( k ) ) -
+                      all.begin() );
+    Kokkos::deep_copy( ids, host );
+    state.next_id += static_cast<std::int64_t>( all.size() );
+    return ids;
+}
 
 /*!
   \brief Halves particles larger than parts.split_volume along the axis of the
@@ -67,7 +99,8 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 ++found;
         },
         count );
-    if ( count == 0 )
+    const auto& comm = state.decomposition.comm();
+    if ( comm.sum( static_cast<std::int64_t>( count ) ) == 0 )
         return;
 
     IndexList large( "Machpoint::largeParticles", count );
@@ -81,6 +114,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 ++k;
             }
         } );
+    const auto number = numberByParent( state, large );
     state.particles.resize( n + count );
     const auto x = state.particles.template slice<Position>();
     const auto id = state.particles.template slice<Id>();
@@ -93,7 +127,6 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto histories = history.data();
     const auto rates = state.rates->data();
     const auto grid = state.grid;
-    const std::int64_t first_id = state.next_id;
     Kokkos::parallel_for(
         "Machpoint::splitParticles", Range( 0, count ),
         KOKKOS_LAMBDA( const int k ) {
@@ -101,7 +134,8 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             const int q = n + k;
             int axis = 0;
             for ( int a = 1; a < Dim; ++a )
-                if ( lengths( p, a ) > lengths( p, axis ) )
+                // Not by round-off where both are alike.
+                if ( lengths( p, a ) > lengths( p, axis ) + 1e-9 )
                     axis = a;
             const Real size =
                 Kokkos::pow( volume( p ), 1.0 / Dim ) *
@@ -123,7 +157,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             rates.setTuple( q, rates.getTuple( p ) );
             x( p, axis ) = y - offset;
             x( q, axis ) = y + offset;
-            id( q ) = first_id + k;
+            id( q ) = number( k );
             const Real moment = momentAt<Basis, Dim>( grid, y, axis );
             for ( const int half : { p, q } )
             {
@@ -139,20 +173,20 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 }
             }
         } );
-    state.next_id += count;
 }
 
-//! Half-cell of a position, x fastest.
+//! Half-cell of a position within a rank's box, x fastest.
 template <int Dim>
-KOKKOS_INLINE_FUNCTION int halfCell( const Grid<Dim>& grid,
-                                     const Vector<Dim>& x )
+KOKKOS_INLINE_FUNCTION int
+halfCell( const Grid<Dim>& grid, const CellBox<Dim>& box, const Vector<Dim>& x )
 {
     int flat = 0;
     for ( int d = Dim - 1; d >= 0; --d )
     {
-        const int last = 2 * grid.cells[d] - 1;
+        const int last = 2 * box.cells( d ) - 1;
         const int c =
-            static_cast<int>( 2 * ( x[d] - grid.lower[d] ) / grid.spacing[d] );
+            static_cast<int>( 2 * ( x[d] - grid.lower[d] ) / grid.spacing[d] ) -
+            2 * box.begin[d];
         flat = flat * ( last + 1 ) + ( c < 0 ? 0 : ( c > last ? last : c ) );
     }
     return flat;
@@ -187,9 +221,8 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
         Kokkos::min( parts.merge_volume, 0.5 / state.per_cell ) *
         grid.cellVolume();
     const int n = state.particles.size();
-    int bins = 1;
-    for ( int d = 0; d < Dim; ++d )
-        bins *= 2 * grid.cells[d];
+    const auto box = state.layout.box;
+    const int bins = box.totalCells() << Dim;
     int small = 0;
     Kokkos::parallel_reduce(
         "Machpoint::countSmall", Range( 0, n ),
@@ -212,20 +245,30 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 if ( final )
                 {
                     rows( k ) = p;
-                    keys( k ) = halfCell<Dim>( grid, get<Dim>( x, p ) );
+                    keys( k ) = halfCell<Dim>( grid, box, get<Dim>( x, p ) );
                 }
                 ++k;
             }
         } );
     const auto binned = Cabana::binByKey( keys, bins );
+    IndexList ordered( "Machpoint::orderedParticles", small );
     int merged = 0;
     Kokkos::parallel_reduce(
         "Machpoint::mergeParticles", Range( 0, bins ),
         KOKKOS_LAMBDA( const int bin, int& total ) {
             const int begin = static_cast<int>( binned.binOffset( bin ) );
             const int end = begin + binned.binSize( bin );
-            auto particle = [&]( const int k )
-            { return rows( static_cast<int>( binned.permutation( k ) ) ); };
+            // Pairs must not depend on the order in memory, so ids order them.
+            for ( int i = begin; i < end; ++i )
+            {
+                const int p =
+                    rows( static_cast<int>( binned.permutation( i ) ) );
+                int j = i;
+                for ( ; j > begin && id( ordered( j - 1 ) ) > id( p ); --j )
+                    ordered( j ) = ordered( j - 1 );
+                ordered( j ) = p;
+            }
+            auto particle = [&]( const int k ) { return ordered( k ); };
             for ( int i = begin; i < end; ++i )
             {
                 const int p = particle( i );
@@ -251,7 +294,8 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                         distance += dx * dx;
                         slip += dv * dv;
                     }
-                    if ( slip < 0.04 * c( p ) * c( p ) && distance < nearest )
+                    if ( slip < 0.04 * c( p ) * c( p ) &&
+                         distance < nearest * ( 1 - 1e-9 ) )
                     {
                         nearest = distance;
                         partner = q;

@@ -78,7 +78,7 @@ class Piston : public Machpoint::Module<Dim>
                       const Machpoint::GridVelocity& velocity ) override
     {
         const auto layout = state.layout;
-        const auto halo = state.halo;
+        const auto weights = state.halo.weights();
         const auto moments = state.nodes.moments;
         const auto field = velocity.field;
         const int axis = _axis;
@@ -93,7 +93,7 @@ class Piston : public Machpoint::Module<Dim>
                 if ( !layout.isOwned( i ) ||
                      layout.position( i )[axis] >= held )
                     return;
-                const Real m = halo.weight( i ) * moments( row, 0 );
+                const Real m = weights( i ) * moments( row, 0 );
                 sum += m * ( u - field( row, column ) );
                 field( row, column ) = u;
             },
