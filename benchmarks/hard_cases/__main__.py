@@ -99,7 +99,8 @@ def main():
                 failed = True
                 print(f"    {result['broken'][0]}\n    {result['command']}")
     found_cfl = None
-    if (arguments.cfl or arguments.docs) and not arguments.kept:
+    if (arguments.cfl or arguments.docs) and (
+            stable_cfl.is_kept(work) or not arguments.kept):
         found_cfl = stable_cfl.table(work)
     for integrator, found in (found_cfl or {}).items():
         print(f"largest CFL, {integrator}: " + ", ".join(

@@ -526,7 +526,8 @@ CASES = [
           "theta p99, 200x100": at_most(1.15, TABLE, 1.11),
           "stand-off, 60x30": about(0.66, 0.2, COARSE),
           "pitot, 60x30": about(12.06, 0.2, COARSE),
-          "asymmetry": at_most(5e-2, SYMMETRY)}, mirrors=(1,)),
+          # Later and on finer grids the wake sheds vortices.
+          "asymmetry": at_most(5e-2, COARSE)}, mirrors=(1,)),
     Case("cylinder_mach3_random", "2D", "cylinder_mach3",
          "the same, random placement", bow_shock,
          [dict(CYLINDER, **{"particles.placement": "random"})],

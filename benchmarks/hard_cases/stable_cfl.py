@@ -70,9 +70,19 @@ def largest(work, name, integrator):
     return low
 
 
+def key(work, name, integrator):
+    return f"cfl-{name}-{integrator.replace(' ', '-')}-{work.identity}"
+
+
+def is_kept(work):
+    """Is the whole table there already?"""
+    return all((work.output / "results" / f"{key(work, name, i)}.json").exists()
+               for name in SCENES for i in INTEGRATORS)
+
+
 def table(work):
     """{integrator: {scene: largest CFL or None}}."""
     return {integrator: {name: work.remembered(
-        f"cfl-{name}-{integrator.replace(' ', '-')}-{work.identity}",
+        key(work, name, integrator),
         lambda: largest(work, name, integrator)) for name in SCENES}
         for integrator in INTEGRATORS}
