@@ -1,0 +1,330 @@
+// Many ranks: the halo between them against that of the whole domain, and
+// particles that change ranks. Runs under mpirun; every rank checks its part.
+#include <core/halo.hpp>
+#include <core/particles.hpp>
+#include <core/random.hpp>
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <set>
+
+namespace
+{
+
+using namespace Machpoint;
+
+//! All ways to cut a domain of Dim axes into boxes for the ranks of the run.
+template <int Dim>
+std::vector<Indices<Dim>> allCuts( const int size )
+{
+    std::vector<Indices<Dim>> list;
+    Indices<Dim> ranks{};
+    auto add = [&]( auto&& self, const int axis, const int left ) -> void
+    {
+        if ( axis == Dim - 1 )
+        {
+            ranks[axis] = left;
+            list.push_back( ranks );
+            return;
+        }
+        for ( int r = 1; r <= left; ++r )
+            if ( left % r == 0 )
+            {
+                ranks[axis] = r;
+                self( self, axis + 1, left / r );
+            }
+    };
+    add( add, 0, size );
+    return list;
+}
+
+//! A halo whose sides along axis d are of kinds[d].
+template <int Dim>
+Halo<Dim> makeHalo( const NodeLayout<Dim>& layout,
+                    const std::array<SideKind, 3>& kind,
+                    const Decomposition<Dim>& decomposition )
+{
+    Kokkos::Array<KindView, 2 * Dim> kinds;
+    for ( int side = 0; side < 2 * Dim; ++side )
+    {
+        kinds[side] =
+            KindView( "kinds", Halo<Dim>::sideSize( layout, side / 2 ) );
+        Kokkos::deep_copy( kinds[side], kind[side / 2] );
+    }
+    return Halo<Dim>( layout, kinds, decomposition );
+}
+
+//! A scalar, two components of a velocity, one of a force, two on faces.
+template <int Dim>
+NodeComponents<6> components()
+{
+    const int last = Dim - 1;
+    return { NodeComponent{},
+             { Parity::velocity, 0 },
+             { Parity::velocity, last },
+             { Parity::force, 0 },
+             { Parity::scalar, 0, 1 },
+             { Parity::scalar, last, 1 << last } };
+}
+
+Real draw( const int seed, const int row, const int column )
+{
+    return uniformRandom( seed, row, column ) - 0.5;
+}
+
+/*!
+  \brief Both halos, side by side: what all ranks deposit into their nodes and
+  halos, added up, is deposited into the whole domain; fold and fill then agree
+  on every node that a rank stores.
+*/
+template <int Dim>
+void expectSameAsWhole( const std::array<SideKind, 3>& kind, const bool centred,
+                        const int width, const int reach )
+{
+    const Communicator comm;
+    Indices<Dim> cells{};
+    Vector<Dim> corner{};
+    for ( int d = 0; d < Dim; ++d )
+    {
+        cells[d] = 4 * ( width + reach + 1 ) + d;
+        corner[d] = 1 + d;
+    }
+    const Grid<Dim> grid( Vector<Dim>{}, corner, cells );
+    const NodeLayout<Dim> whole( grid, wholeDomain( grid ), centred, width,
+                                 reach );
+    const auto whole_halo = makeHalo<Dim>( whole, kind, {} );
+    for ( const auto& ranks : allCuts<Dim>( comm.size() ) )
+    {
+        const Decomposition<Dim> decomposition( comm, cells, ranks );
+        const NodeLayout<Dim> layout( grid, decomposition.box(), centred, width,
+                                      reach );
+        const auto halo = makeHalo<Dim>( layout, kind, decomposition );
+        NodeView own( "own", layout.total, 6 ), all( "all", whole.total, 6 );
+        const auto own_host = Kokkos::create_mirror_view( own );
+        const auto all_host = Kokkos::create_mirror_view( all );
+        std::vector<double> deposits( 6 * whole.total, 0 );
+        for ( int row = 0; row < layout.total; ++row )
+            for ( int c = 0; c < 6; ++c )
+            {
+                own_host( row, c ) = draw( 1 + comm.rank(), row, c );
+                deposits[6 * whole( layout.indices( row ) ) + c] =
+                    own_host( row, c );
+            }
+        deposits = comm.sum( deposits );
+        std::copy( deposits.begin(), deposits.end(), all_host.data() );
+        Kokkos::deep_copy( own, own_host );
+        Kokkos::deep_copy( all, all_host );
+
+        halo.fold( own, components<Dim>() );
+        whole_halo.fold( all, components<Dim>() );
+        halo.fill( own, components<Dim>() );
+        whole_halo.fill( all, components<Dim>() );
+
+        Kokkos::deep_copy( own_host, own );
+        Kokkos::deep_copy( all_host, all );
+        Real worst = 0;
+        for ( int row = 0; row < layout.total; ++row )
+            for ( int c = 0; c < 6; ++c )
+                worst = std::max(
+                    worst,
+                    std::abs( own_host( row, c ) -
+                              all_host( whole( layout.indices( row ) ), c ) ) );
+        EXPECT_LT( worst, 1e-13 )
+            << Dim << "D, kinds " << static_cast<int>( kind[0] )
+            << static_cast<int>( kind[1] ) << ", centred " << centred
+            << ", width " << width << "+" << reach << ", ranks along x "
+            << ranks[0] << " of " << comm.size();
+    }
+}
+
+template <int Dim>
+void expectSameAsWhole( const bool centred, const int width )
+{
+    using enum SideKind;
+    for ( const auto& kind : { std::array{ periodic, periodic, periodic },
+                               std::array{ slip, periodic, open },
+                               std::array{ no_slip, slip, periodic },
+                               std::array{ open, slip, slip } } )
+        for ( const int reach : { 0, 1 } )
+            expectSameAsWhole<Dim>( kind, centred, width, reach );
+}
+
+TEST( RankHalo, linear )
+{
+    expectSameAsWhole<1>( false, 0 );
+    expectSameAsWhole<2>( false, 0 );
+    expectSameAsWhole<3>( false, 0 );
+}
+
+TEST( RankHalo, quadratic )
+{
+    expectSameAsWhole<1>( true, 1 );
+    expectSameAsWhole<2>( true, 1 );
+    expectSameAsWhole<3>( true, 1 );
+}
+
+TEST( RankHalo, cubic )
+{
+    expectSameAsWhole<1>( false, 1 );
+    expectSameAsWhole<2>( false, 1 );
+    expectSameAsWhole<3>( false, 1 );
+}
+
+// A box thinner than its halo would lose mass: an error on every rank.
+TEST( RankHalo, boxThinnerThanTheHalo )
+{
+    const Communicator comm;
+    if ( comm.size() == 1 )
+        return;                        // whole domains are tested in tstHalo
+    const int cells = 2 * comm.size(); // two each
+    const Grid<1> grid( { 0 }, { 1 }, { cells } );
+    const Decomposition<1> decomposition( comm, { cells }, { comm.size() } );
+    const NodeLayout<1> layout( grid, decomposition.box(), true, 1, 1 );
+    EXPECT_THROW( makeHalo<1>( layout, { SideKind::slip }, decomposition ),
+                  std::invalid_argument );
+}
+
+//! Rank of the cell of a position, by another way than Decomposition's.
+int rankOf( const Decomposition<2>& decomposition, const Grid<2>& grid,
+            const Vector<2>& x )
+{
+    int place[2];
+    for ( int d = 0; d < 2; ++d )
+    {
+        const auto& cuts = decomposition.cuts( d );
+        place[d] = static_cast<int>(
+            std::upper_bound( cuts.begin(), cuts.end(), grid.cell( x[d], d ) ) -
+            cuts.begin() - 1 );
+    }
+    return place[1] * decomposition.ranks()[0] + place[0];
+}
+
+// Particles anywhere go home with all they carry, and none is lost.
+TEST( Migration, everyParticleGoesHome )
+{
+    const Communicator comm;
+    const Grid<2> grid( { -1, 0 }, { 2, 1 }, { 13, 11 } );
+    const Decomposition<2> decomposition(
+        comm, grid.cells, chooseRanks<2>( grid.cells, comm.size() ) );
+    const int n = 100 + 17 * comm.rank();
+    Particles<2> particles;
+    auto& sidecar =
+        particles.addSidecar<Cabana::MemberTypes<Real[3], int>>( "sidecar" );
+    particles.resize( n );
+    const auto first = comm.sumBefore( std::int64_t( n ) );
+    auto place = []( const std::int64_t id )
+    {
+        return Vector<2>{ -1 + 3 * uniformRandom( 7, id, 0 ),
+                          uniformRandom( 7, id, 1 ) };
+    };
+    auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                     particles.data() );
+    auto side = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                     sidecar.data() );
+    for ( int p = 0; p < n; ++p )
+    {
+        const auto x = place( first + p );
+        Cabana::slice<Id>( host )( p ) = first + p;
+        Cabana::slice<Mass>( host )( p ) = 3.0 * ( first + p );
+        Cabana::slice<Position>( host )( p, 0 ) = x[0];
+        Cabana::slice<Position>( host )( p, 1 ) = x[1];
+        Cabana::slice<0>( side )( p, 2 ) = 5.0 * ( first + p );
+        Cabana::slice<1>( side )( p ) = static_cast<int>( first + p );
+    }
+    Cabana::deep_copy( particles.data(), host );
+    Cabana::deep_copy( sidecar.data(), side );
+
+    particles.migrate( comm, decomposition.finder( grid ) );
+
+    const int found = particles.size();
+    const auto after = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                            particles.data() );
+    const auto side_after = Cabana::create_mirror_view_and_copy(
+        Kokkos::HostSpace(), sidecar.data() );
+    ASSERT_EQ( static_cast<int>( sidecar.data().size() ), found );
+    std::vector<std::int64_t> ids;
+    for ( int p = 0; p < found; ++p )
+    {
+        const auto id = Cabana::slice<Id>( after )( p );
+        ids.push_back( id );
+        const auto x = place( id );
+        EXPECT_EQ( Cabana::slice<Position>( after )( p, 0 ), x[0] );
+        EXPECT_EQ( Cabana::slice<Position>( after )( p, 1 ), x[1] );
+        EXPECT_EQ( Cabana::slice<Mass>( after )( p ), 3.0 * id );
+        EXPECT_EQ( Cabana::slice<0>( side_after )( p, 2 ), 5.0 * id );
+        EXPECT_EQ( Cabana::slice<1>( side_after )( p ), id );
+        EXPECT_EQ( rankOf( decomposition, grid, x ), comm.rank() );
+        EXPECT_TRUE( decomposition.box().contains( grid, x ) );
+    }
+    ids = comm.gatherAll( ids );
+    const auto all = comm.sum( std::int64_t( n ) );
+    EXPECT_EQ( static_cast<std::int64_t>( ids.size() ), all );
+    EXPECT_EQ( static_cast<std::int64_t>(
+                   std::set<std::int64_t>( ids.begin(), ids.end() ).size() ),
+               all );
+}
+
+// Nothing moves: nothing changes, and a rank may have no particle at all.
+TEST( Migration, emptyRanks )
+{
+    const Communicator comm;
+    const Grid<1> grid( { 0 }, { 1 }, { 8 } );
+    const Decomposition<1> decomposition( comm, { 8 }, { comm.size() } );
+    Particles<1> particles;
+    particles.resize( comm.isRoot() ? 3 : 0 ); // all at 0
+    particles.migrate( comm, decomposition.finder( grid ) );
+    EXPECT_EQ( particles.size(), comm.isRoot() ? 3 : 0 );
+}
+
+TEST( Decomposition, boxesOfLeastSurface )
+{
+    EXPECT_EQ( ( chooseRanks<2>( { 400, 200 }, 2 )[0] ), 2 );
+    EXPECT_EQ( ( chooseRanks<2>( { 200, 400 }, 2 )[1] ), 2 );
+    EXPECT_EQ( ( chooseRanks<2>( { 400, 200 }, 7 )[0] ), 7 );
+    EXPECT_EQ( ( chooseRanks<3>( { 64, 64, 64 }, 8 )[1] ), 2 );
+    EXPECT_EQ( ( chooseRanks<2>( { 300, 2 }, 6 )[1] ), 1 );
+}
+
+// Every cell belongs to one box, whatever the number of ranks.
+TEST( Decomposition, boxesCoverTheDomain )
+{
+    const Communicator comm;
+    const Indices<3> cells{ 9, 13, 11 };
+    for ( const auto& ranks : allCuts<3>( comm.size() ) )
+    {
+        const Decomposition<3> decomposition( comm, cells, ranks );
+        const auto own = decomposition.box().totalCells();
+        EXPECT_GT( own, 0 );
+        EXPECT_EQ( comm.sum( std::int64_t( own ) ), 9 * 13 * 11 );
+    }
+    EXPECT_THROW( Decomposition<3>( comm, cells, { comm.size() + 1, 1, 1 } ),
+                  std::invalid_argument );
+    EXPECT_THROW( Decomposition<3>( comm, { 1, 1, comm.size() - 1 },
+                                    { 1, 1, comm.size() } ),
+                  std::invalid_argument );
+}
+
+// Sums are the same on all ranks and in the order of the ranks.
+TEST( Communicator, reductions )
+{
+    const Communicator comm;
+    const int n = comm.size();
+    const auto sums = comm.sum( std::vector{ 1.0 * comm.rank(), 1e-20 } );
+    EXPECT_EQ( sums[0], n * ( n - 1 ) / 2 );
+    EXPECT_DOUBLE_EQ( sums[1], n * 1e-20 );
+    EXPECT_EQ( comm.max( comm.rank() ), n - 1 );
+    EXPECT_EQ( comm.min( comm.rank() ), 0 );
+    EXPECT_TRUE( comm.any( comm.rank() == n - 1 ) );
+    EXPECT_FALSE( comm.any( false ) );
+    EXPECT_EQ( comm.sumBefore( std::int64_t( 1 ) ), comm.rank() );
+    const auto least = comm.least( -comm.rank(), 10 * comm.rank() );
+    EXPECT_EQ( least.value, 1 - n );
+    EXPECT_EQ( least.tag, 10 * ( n - 1 ) );
+    EXPECT_EQ( comm.from( n - 1, std::to_string( comm.rank() ) ),
+               std::to_string( n - 1 ) );
+    const auto all = comm.gatherAll( std::vector<int>( comm.rank(), 1 ) );
+    EXPECT_EQ( static_cast<int>( all.size() ), n * ( n - 1 ) / 2 );
+}
+
+} // namespace
