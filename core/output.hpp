@@ -9,51 +9,16 @@
 #ifndef MACHPOINT_CORE_OUTPUT_HPP
 #define MACHPOINT_CORE_OUTPUT_HPP
 
-#include <cstddef>
+#include <core/communicator.hpp>
+#include <core/hdf5_file.hpp>
+
 #include <cstdint>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace Machpoint
 {
-
-/*!
-  \brief A file or directory that could not be read or written.
-
-  The message names the file, the operation, the system's reason and a remedy.
-*/
-class IoError : public std::runtime_error
-{
-  public:
-    using std::runtime_error::runtime_error;
-
-    /*!
-      \param[in] file What was being written.
-      \param[in] operation What failed, e.g. "cannot create the file".
-      \param[in] error The errno of the failure; 0 when there is none.
-    */
-    IoError( const std::filesystem::path& file, const std::string& operation,
-             int error );
-};
-
-//! A named, row-major array on the host, not owned. A shape of `{}` is a
-//! scalar.
-struct Dataset
-{
-    //! What the bytes are: `double` or `std::int64_t`.
-    enum class Type
-    {
-        real,
-        integer
-    };
-
-    std::string name;               //!< Path inside the HDF5 file.
-    std::vector<std::size_t> shape; //!< Slowest axis first.
-    const void* data = nullptr;     //!< May be null when an extent is 0.
-    Type type = Type::real;         //!< Type of the elements.
-};
 
 /*!
   \brief The output directory of one run.
@@ -146,6 +111,7 @@ class OutputDirectory
                     std::vector<Dataset> attributes,
                     const std::vector<Dataset>& datasets ) const;
 
+    Communicator _ranks;
     std::filesystem::path _directory;
     int _dimension;
     std::string _particle_entries; // XDMF of the outputs so far
