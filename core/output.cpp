@@ -16,12 +16,6 @@ namespace Machpoint
 namespace
 {
 
-void writeText( const fs::path& target, const std::string& text )
-{
-    makeDirectory( target.parent_path() );
-    writeFile( target, text.data(), text.size() );
-}
-
 //---------------------------------------------------------------------------//
 // What a former run wrote.
 //---------------------------------------------------------------------------//
@@ -78,6 +72,28 @@ void removeFormerRun( const fs::path& directory )
     clearFolder( directory / series_folder, isSeriesFile );
     for ( const auto* file : root_files )
         removeFile( directory / file );
+}
+
+//! Makes the directory or takes an existing one, on the root.
+void takeDirectory( const fs::path& directory, const bool overwrite )
+{
+    if ( !overwrite )
+        for ( const auto* name : { "summary.json", "particles", "grid" } )
+        {
+            std::error_code error; // of a path that is none: reported below
+            if ( fs::exists( directory / name, error ) )
+                throw IoError( fmt::format(
+                    "{}: holds another run ({} exists); pass --overwrite to "
+                    "replace it, or choose another directory with --output DIR",
+                    directory.string(), name ) );
+        }
+
+    makeDirectory( directory );
+    const auto probe = directory / "machpoint_probe";
+    writeFile( probe, "probe", 5 );
+    removeFile( probe );
+    if ( overwrite )
+        removeFormerRun( directory );
 }
 
 //---------------------------------------------------------------------------//
@@ -161,30 +177,27 @@ void require( bool condition, const std::string& what )
 //---------------------------------------------------------------------------//
 
 OutputDirectory::OutputDirectory( const fs::path& directory, bool overwrite,
-                                  int dimension, const bool needs_fields )
-    : _directory( directory ), _dimension( dimension )
+                                  int dimension, const bool needs_fields,
+                                  const int compression )
+    : _directory( directory ), _dimension( dimension ),
+      _compression( compression )
 {
     if ( needs_fields )
         requireHdf5( _ranks );
     require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
+    onRoot( _ranks, [&] { takeDirectory( directory, overwrite ); } );
+}
 
-    if ( !overwrite )
-        for ( const auto* name : { "summary.json", "particles", "grid" } )
-        {
-            std::error_code error; // of a path that is none: reported below
-            if ( fs::exists( directory / name, error ) )
-                throw IoError( fmt::format(
-                    "{}: holds another run ({} exists); pass --overwrite to "
-                    "replace it, or choose another directory with --output DIR",
-                    directory.string(), name ) );
-        }
-
-    makeDirectory( directory );
-    const auto probe = directory / "machpoint_probe";
-    writeText( probe, "probe\n" );
-    removeFile( probe );
-    if ( overwrite )
-        removeFormerRun( directory );
+void OutputDirectory::writeText( const fs::path& name,
+                                 const std::string& text ) const
+{
+    onRoot( _ranks,
+            [&]
+            {
+                const auto target = _directory / name;
+                makeDirectory( target.parent_path() );
+                writeFile( target, text.data(), text.size() );
+            } );
 }
 
 void OutputDirectory::writeStep( const std::string& kind, std::int64_t step,
@@ -194,9 +207,9 @@ void OutputDirectory::writeStep( const std::string& kind, std::int64_t step,
     attributes.insert( attributes.begin(),
                        { { "time", {}, &time, Dataset::Type::real },
                          { "step", {}, &step, Dataset::Type::integer } } );
-    makeDirectory( _directory / kind );
+    onRoot( _ranks, [&] { makeDirectory( _directory / kind ); } );
     writeHdf5( _ranks, _directory / stepFile( kind, step ), attributes,
-               datasets );
+               datasets, _compression );
 }
 
 void OutputDirectory::writeParticles( std::int64_t step, double time,
@@ -210,47 +223,50 @@ void OutputDirectory::writeParticles( std::int64_t step, double time,
                  position->shape[1] == dim &&
                  position->type == Dataset::Type::real,
              "particles need a real dataset position [n][Dim]" );
-    const auto particles = position->shape[0];
+    const auto own = position->shape[0];
     for ( const auto& dataset : datasets )
-        require( dataset.shape == std::vector{ particles } ||
-                     dataset.shape == std::vector{ particles, dim },
+        require( dataset.shape == std::vector{ own } ||
+                     dataset.shape == std::vector{ own, dim },
                  "the particles' " + dataset.name +
                      " is neither [n] nor [n][Dim]" );
 
-    auto written = datasets;
-    auto points = *position;
+    const auto whole = stackRows( _ranks, datasets );
+    auto written = whole;
+    auto points = whole[position - datasets.begin()];
     std::vector<double> padded;
     if ( dim == 1 )
     {
-        padded.resize( 2 * particles, 0.0 );
+        padded.resize( 2 * own, 0.0 );
         const auto* x = static_cast<const double*>( position->data );
-        for ( std::size_t p = 0; p < particles; ++p )
+        for ( std::size_t p = 0; p < own; ++p )
             padded[2 * p] = x[p];
-        points = { "xdmf/position", { particles, 2 }, padded.data() };
+        points = stackRows(
+            _ranks, { { "xdmf/position", { own, 2 }, padded.data() } } )[0];
         written.push_back( points );
     }
     writeStep( "particles", step, time, {}, written );
 
     const auto file = stepFile( "particles", step );
+    const auto particles = points.extents()[0];
     auto body = fmt::format(
         R"(        <Topology TopologyType="Polyvertex" NodesPerElement="1"
                   NumberOfElements="{}"/>
         <Geometry GeometryType="{}">{}</Geometry>
 )",
         particles, dim == 3 ? "XYZ" : "XY",
-        xdmfItem( file, points, points.shape ) );
-    for ( const auto& dataset : datasets )
+        xdmfItem( file, points, points.extents() ) );
+    for ( const auto& dataset : whole )
     {
         // In 1D a vector has one component, and ParaView shows it as a scalar.
         const bool is_vector = dim > 1 && dataset.shape.size() == 2;
         if ( dataset.name != "position" )
             body += xdmfAttribute( file, dataset,
-                                   is_vector ? dataset.shape
+                                   is_vector ? dataset.extents()
                                              : std::vector{ particles },
                                    is_vector );
     }
     _particle_entries += xdmfEntry( "particles", time, body );
-    writeText( _directory / "particles.xdmf",
+    writeText( "particles.xdmf",
                xdmfCollection( "particles", _particle_entries ) );
 }
 
@@ -264,12 +280,13 @@ void OutputDirectory::writeGrid( std::int64_t step, double time,
              "the grid's lower and spacing have one number for each axis" );
     require( !datasets.empty() && datasets[0].shape.size() >= dim,
              "a grid needs datasets [nz][ny][nx]" );
-    const std::vector<std::size_t> nodes(
-        datasets[0].shape.begin(), datasets[0].shape.begin() + _dimension );
+    auto nodes = datasets[0].extents();
+    nodes.resize( dim );
     auto vector_shape = nodes;
     vector_shape.push_back( dim );
     for ( const auto& dataset : datasets )
-        require( dataset.shape == nodes || dataset.shape == vector_shape,
+        require( dataset.extents() == nodes ||
+                     dataset.extents() == vector_shape,
                  "the grid's " + dataset.name +
                      " is neither [nz][ny][nx] nor [nz][ny][nx][Dim]" );
 
@@ -297,8 +314,7 @@ void OutputDirectory::writeGrid( std::int64_t step, double time,
             file, dataset, is_vector ? vector_extents : extents, is_vector );
     }
     _grid_entries += xdmfEntry( "grid", time, body );
-    writeText( _directory / "grid.xdmf",
-               xdmfCollection( "grid", _grid_entries ) );
+    writeText( "grid.xdmf", xdmfCollection( "grid", _grid_entries ) );
 }
 
 void OutputDirectory::writeExact( std::int64_t step, double time,
@@ -327,12 +343,12 @@ void OutputDirectory::writeSeries(
                  name + " has a row that does not fit its columns" );
         text += fmt::format( "{}\n", fmt::join( row, "," ) );
     }
-    writeText( _directory / file, text );
+    writeText( file, text );
 }
 
 void OutputDirectory::writeSummary( const std::string& json_text )
 {
-    writeText( _directory / "summary.json", json_text );
+    writeText( "summary.json", json_text );
 }
 
 } // end namespace Machpoint
