@@ -1,24 +1,13 @@
 /*!
   \file output.cpp
-  \brief Output directory, atomic files, HDF5 through its C API, XDMF.
+  \brief The output directory and its XDMF files.
 */
 #include <core/output.hpp>
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <functional>
-#include <numeric>
 #include <system_error>
-
-#include <fcntl.h>
-#include <unistd.h>
-
-#ifdef MACHPOINT_ENABLE_HDF5
-#include <hdf5.h>
-#endif
 
 namespace fs = std::filesystem;
 
@@ -26,76 +15,6 @@ namespace Machpoint
 {
 namespace
 {
-
-std::string remedy( int error )
-{
-    switch ( error )
-    {
-    case ENOSPC:
-    case EDQUOT:
-    case EFBIG:
-        return "free some space or choose another disk with --output DIR";
-    case EACCES:
-    case EPERM:
-    case EROFS:
-        return "choose a directory that you may write to with --output DIR";
-    default:
-        return "check the path that --output names, or choose another one";
-    }
-}
-
-//---------------------------------------------------------------------------//
-// Atomic files.
-//---------------------------------------------------------------------------//
-
-// Writes a whole file or none: beside the target, forced to the disk, renamed.
-// A disk may refuse as late as fsync or close: delayed allocation and network
-// file systems report a full disk only there.
-void writeFile( const fs::path& target, const void* data, std::size_t size )
-{
-    const auto temporary = target.string() + ".tmp";
-    const int file = ::open( temporary.c_str(),
-                             O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666 );
-    if ( file < 0 )
-        throw IoError( target, "cannot create the file", errno );
-
-    const auto* bytes = static_cast<const char*>( data );
-    int error = 0;
-    for ( std::size_t done = 0; done < size && !error; )
-    {
-        const auto count = ::write( file, bytes + done, size - done );
-        if ( count >= 0 )
-            done += static_cast<std::size_t>( count );
-        else if ( errno != EINTR )
-            error = errno;
-    }
-    if ( !error && ::fsync( file ) != 0 )
-        error = errno;
-    if ( ::close( file ) != 0 && !error )
-        error = errno;
-    if ( !error && ::rename( temporary.c_str(), target.c_str() ) != 0 )
-        error = errno;
-    if ( error )
-    {
-        ::unlink( temporary.c_str() );
-        throw IoError( target, "cannot write the file", error );
-    }
-}
-
-void makeDirectory( const fs::path& directory )
-{
-    std::error_code error;
-    fs::create_directories( directory, error );
-    if ( error )
-        throw IoError( directory, "cannot create the directory",
-                       error.value() );
-}
-
-void writeText( const fs::path& target, const std::string& text )
-{
-    makeDirectory( target.parent_path() );
-    writeFile( target, text.data(), text.size() );
-}
 
 //---------------------------------------------------------------------------//
 // What a former run wrote.
@@ -109,18 +28,6 @@ constexpr const char* root_files[] = {
 
 constexpr const char* step_folders[] = { "particles", "grid", "exact" };
 constexpr const char* series_folder = "series";
-
-// Also what a killed run left under a temporary name.
-void removeFile( const fs::path& file )
-{
-    for ( const fs::path& name : { file, fs::path( file.string() + ".tmp" ) } )
-    {
-        std::error_code error;
-        fs::remove( name, error );
-        if ( error )
-            throw IoError( name, "cannot remove the file", error.value() );
-    }
-}
 
 bool isStepFile( const fs::path& file )
 {
@@ -167,158 +74,27 @@ void removeFormerRun( const fs::path& directory )
         removeFile( directory / file );
 }
 
-//---------------------------------------------------------------------------//
-// HDF5.
-//---------------------------------------------------------------------------//
-
-#ifdef MACHPOINT_ENABLE_HDF5
-
-constexpr bool has_hdf5 = true;
-
-std::size_t count( const std::vector<std::size_t>& shape )
+//! Makes the directory or takes an existing one, on the root.
+void takeDirectory( const fs::path& directory, const bool overwrite )
 {
-    return std::accumulate( shape.begin(), shape.end(), std::size_t{ 1 },
-                            std::multiplies<>{} );
+    if ( !overwrite )
+        for ( const auto* name : { "summary.json", "particles", "grid" } )
+        {
+            std::error_code error; // of a path that is none: reported below
+            if ( fs::exists( directory / name, error ) )
+                throw IoError( fmt::format(
+                    "{}: holds another run ({} exists); pass --overwrite to "
+                    "replace it, or choose another directory with --output DIR",
+                    directory.string(), name ) );
+        }
+
+    makeDirectory( directory );
+    const auto probe = directory / "machpoint_probe";
+    writeFile( probe, "probe", 5 );
+    removeFile( probe );
+    if ( overwrite )
+        removeFormerRun( directory );
 }
-
-// HDF5 prints its error stack by default; here errors become exceptions.
-class QuietHdf5
-{
-  public:
-    QuietHdf5()
-    {
-        H5Eget_auto2( H5E_DEFAULT, &_function, &_data );
-        H5Eset_auto2( H5E_DEFAULT, nullptr, nullptr );
-    }
-    QuietHdf5( const QuietHdf5& ) = delete;
-    QuietHdf5& operator=( const QuietHdf5& ) = delete;
-    ~QuietHdf5() { H5Eset_auto2( H5E_DEFAULT, _function, _data ); }
-
-  private:
-    H5E_auto2_t _function = nullptr;
-    void* _data = nullptr;
-};
-
-// The image is built in memory, so that memory is all that can be lacking.
-template <class Result>
-Result check( Result result, const std::string& operation )
-{
-    if ( result < 0 )
-        throw IoError( "HDF5 cannot " + operation +
-                       " in memory; is there room for one output?" );
-    return result;
-}
-
-// Owns an HDF5 identifier.
-class Handle
-{
-  public:
-    Handle( hid_t id, herr_t ( *close )( hid_t ) ) : _id( id ), _close( close )
-    {
-    }
-    Handle( const Handle& ) = delete;
-    Handle& operator=( const Handle& ) = delete;
-    ~Handle() { _close( _id ); }
-    operator hid_t() const { return _id; }
-
-  private:
-    hid_t _id;
-    herr_t ( *_close )( hid_t );
-};
-
-hid_t nativeType( const Dataset& dataset )
-{
-    return dataset.type == Dataset::Type::real ? H5T_NATIVE_DOUBLE
-                                               : H5T_NATIVE_INT64;
-}
-
-hid_t makeSpace( const Dataset& dataset )
-{
-    if ( dataset.shape.empty() )
-        return H5Screate( H5S_SCALAR );
-    const std::vector<hsize_t> extents( dataset.shape.begin(),
-                                        dataset.shape.end() );
-    return H5Screate_simple( static_cast<int>( extents.size() ), extents.data(),
-                             nullptr );
-}
-
-void writeAttribute( hid_t file, const Dataset& item )
-{
-    const auto operation = "write the attribute " + item.name;
-    const auto type = nativeType( item );
-    const Handle space( check( makeSpace( item ), operation ), H5Sclose );
-    const Handle attribute(
-        check( H5Acreate2( file, item.name.c_str(), type, space, H5P_DEFAULT,
-                           H5P_DEFAULT ),
-               operation ),
-        H5Aclose );
-    check( H5Awrite( attribute, type, item.data ), operation );
-}
-
-void writeDataset( hid_t file, hid_t link_properties, const Dataset& item )
-{
-    const auto operation = "write the dataset " + item.name;
-    const auto type = nativeType( item );
-    const Handle space( check( makeSpace( item ), operation ), H5Sclose );
-    const Handle dataset(
-        check( H5Dcreate2( file, item.name.c_str(), type, space,
-                           link_properties, H5P_DEFAULT, H5P_DEFAULT ),
-               operation ),
-        H5Dclose );
-    if ( count( item.shape ) > 0 )
-        check(
-            H5Dwrite( dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, item.data ),
-            operation );
-}
-
-// HDF5 never touches the disk: when its last write to a full one fails, the
-// file cannot be closed any more and the library crashes at exit (1.10.8). It
-// builds the image in memory, and writeFile puts that on the disk.
-void writeHdf5( const fs::path& target, const std::vector<Dataset>& attributes,
-                const std::vector<Dataset>& datasets )
-{
-    const QuietHdf5 quiet;
-    std::size_t size = 1 << 16; // for all that is not raw data
-    for ( const auto& item : datasets )
-        size += count( item.shape ) * sizeof( double );
-
-    const Handle access(
-        check( H5Pcreate( H5P_FILE_ACCESS ), "prepare a file" ), H5Pclose );
-    check( H5Pset_fapl_core( access, size, false ), "prepare a file" );
-    const Handle links( check( H5Pcreate( H5P_LINK_CREATE ), "prepare a file" ),
-                        H5Pclose );
-    check( H5Pset_create_intermediate_group( links, 1 ), "prepare a file" );
-
-    const Handle file(
-        check( H5Fcreate( target.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access ),
-               "create a file" ),
-        H5Fclose );
-    for ( const auto& item : attributes )
-        writeAttribute( file, item );
-    for ( const auto& item : datasets )
-        writeDataset( file, links, item );
-    check( H5Fflush( file, H5F_SCOPE_LOCAL ), "complete a file" );
-
-    void** image = nullptr;
-    hsize_t image_size = 0;
-    check( H5Fget_vfd_handle( file, H5P_DEFAULT,
-                              reinterpret_cast<void**>( &image ) ),
-           "hand out a file" );
-    check( H5Fget_filesize( file, &image_size ), "hand out a file" );
-    writeFile( target, *image, image_size );
-}
-
-#else
-
-constexpr bool has_hdf5 = false;
-
-// Never reached: without HDF5 there is no OutputDirectory to call it.
-void writeHdf5( const fs::path&, const std::vector<Dataset>&,
-                const std::vector<Dataset>& )
-{
-}
-
-#endif
 
 //---------------------------------------------------------------------------//
 // XDMF, restricted to what both of ParaView's readers (XDMF 2 and 3) load:
@@ -400,44 +176,28 @@ void require( bool condition, const std::string& what )
 
 //---------------------------------------------------------------------------//
 
-IoError::IoError( const fs::path& file, const std::string& operation,
-                  int error )
-    : std::runtime_error( fmt::format(
-          "{}: {}: {}; {}", file.string(), operation,
-          error ? std::strerror( error ) : "no reason given by the system",
-          remedy( error ) ) )
+OutputDirectory::OutputDirectory( const fs::path& directory, bool overwrite,
+                                  int dimension, const bool needs_fields,
+                                  const int compression )
+    : _directory( directory ), _dimension( dimension ),
+      _compression( compression )
 {
+    if ( needs_fields )
+        requireHdf5( _ranks );
+    require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
+    onRoot( _ranks, [&] { takeDirectory( directory, overwrite ); } );
 }
 
-OutputDirectory::OutputDirectory( const fs::path& directory, bool overwrite,
-                                  int dimension, const bool needs_fields )
-    : _directory( directory ), _dimension( dimension )
+void OutputDirectory::writeText( const fs::path& name,
+                                 const std::string& text ) const
 {
-    if ( needs_fields && !has_hdf5 )
-        throw IoError( directory.string() +
-                       ": cannot write output: this build lacks HDF5; install "
-                       "it (Debian: libhdf5-openmpi-dev or libhdf5-dev) and "
-                       "configure with -DMachpoint_ENABLE_HDF5=ON, or set "
-                       "output.particles and output.grid to false" );
-    require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
-
-    if ( !overwrite )
-        for ( const auto* name : { "summary.json", "particles", "grid" } )
-        {
-            std::error_code error; // of a path that is none: reported below
-            if ( fs::exists( directory / name, error ) )
-                throw IoError( fmt::format(
-                    "{}: holds another run ({} exists); pass --overwrite to "
-                    "replace it, or choose another directory with --output DIR",
-                    directory.string(), name ) );
-        }
-
-    makeDirectory( directory );
-    const auto probe = directory / "machpoint_probe";
-    writeText( probe, "probe\n" );
-    removeFile( probe );
-    if ( overwrite )
-        removeFormerRun( directory );
+    onRoot( _ranks,
+            [&]
+            {
+                const auto target = _directory / name;
+                makeDirectory( target.parent_path() );
+                writeFile( target, text.data(), text.size() );
+            } );
 }
 
 void OutputDirectory::writeStep( const std::string& kind, std::int64_t step,
@@ -447,8 +207,9 @@ void OutputDirectory::writeStep( const std::string& kind, std::int64_t step,
     attributes.insert( attributes.begin(),
                        { { "time", {}, &time, Dataset::Type::real },
                          { "step", {}, &step, Dataset::Type::integer } } );
-    makeDirectory( _directory / kind );
-    writeHdf5( _directory / stepFile( kind, step ), attributes, datasets );
+    onRoot( _ranks, [&] { makeDirectory( _directory / kind ); } );
+    writeHdf5( _ranks, _directory / stepFile( kind, step ), attributes,
+               datasets, _compression );
 }
 
 void OutputDirectory::writeParticles( std::int64_t step, double time,
@@ -462,47 +223,50 @@ void OutputDirectory::writeParticles( std::int64_t step, double time,
                  position->shape[1] == dim &&
                  position->type == Dataset::Type::real,
              "particles need a real dataset position [n][Dim]" );
-    const auto particles = position->shape[0];
+    const auto own = position->shape[0];
     for ( const auto& dataset : datasets )
-        require( dataset.shape == std::vector{ particles } ||
-                     dataset.shape == std::vector{ particles, dim },
+        require( dataset.shape == std::vector{ own } ||
+                     dataset.shape == std::vector{ own, dim },
                  "the particles' " + dataset.name +
                      " is neither [n] nor [n][Dim]" );
 
-    auto written = datasets;
-    auto points = *position;
+    const auto whole = stackRows( _ranks, datasets );
+    auto written = whole;
+    auto points = whole[position - datasets.begin()];
     std::vector<double> padded;
     if ( dim == 1 )
     {
-        padded.resize( 2 * particles, 0.0 );
+        padded.resize( 2 * own, 0.0 );
         const auto* x = static_cast<const double*>( position->data );
-        for ( std::size_t p = 0; p < particles; ++p )
+        for ( std::size_t p = 0; p < own; ++p )
             padded[2 * p] = x[p];
-        points = { "xdmf/position", { particles, 2 }, padded.data() };
+        points = stackRows(
+            _ranks, { { "xdmf/position", { own, 2 }, padded.data() } } )[0];
         written.push_back( points );
     }
     writeStep( "particles", step, time, {}, written );
 
     const auto file = stepFile( "particles", step );
+    const auto particles = points.extents()[0];
     auto body = fmt::format(
         R"(        <Topology TopologyType="Polyvertex" NodesPerElement="1"
                   NumberOfElements="{}"/>
         <Geometry GeometryType="{}">{}</Geometry>
 )",
         particles, dim == 3 ? "XYZ" : "XY",
-        xdmfItem( file, points, points.shape ) );
-    for ( const auto& dataset : datasets )
+        xdmfItem( file, points, points.extents() ) );
+    for ( const auto& dataset : whole )
     {
         // In 1D a vector has one component, and ParaView shows it as a scalar.
         const bool is_vector = dim > 1 && dataset.shape.size() == 2;
         if ( dataset.name != "position" )
             body += xdmfAttribute( file, dataset,
-                                   is_vector ? dataset.shape
+                                   is_vector ? dataset.extents()
                                              : std::vector{ particles },
                                    is_vector );
     }
     _particle_entries += xdmfEntry( "particles", time, body );
-    writeText( _directory / "particles.xdmf",
+    writeText( "particles.xdmf",
                xdmfCollection( "particles", _particle_entries ) );
 }
 
@@ -516,12 +280,13 @@ void OutputDirectory::writeGrid( std::int64_t step, double time,
              "the grid's lower and spacing have one number for each axis" );
     require( !datasets.empty() && datasets[0].shape.size() >= dim,
              "a grid needs datasets [nz][ny][nx]" );
-    const std::vector<std::size_t> nodes(
-        datasets[0].shape.begin(), datasets[0].shape.begin() + _dimension );
+    auto nodes = datasets[0].extents();
+    nodes.resize( dim );
     auto vector_shape = nodes;
     vector_shape.push_back( dim );
     for ( const auto& dataset : datasets )
-        require( dataset.shape == nodes || dataset.shape == vector_shape,
+        require( dataset.extents() == nodes ||
+                     dataset.extents() == vector_shape,
                  "the grid's " + dataset.name +
                      " is neither [nz][ny][nx] nor [nz][ny][nx][Dim]" );
 
@@ -549,8 +314,7 @@ void OutputDirectory::writeGrid( std::int64_t step, double time,
             file, dataset, is_vector ? vector_extents : extents, is_vector );
     }
     _grid_entries += xdmfEntry( "grid", time, body );
-    writeText( _directory / "grid.xdmf",
-               xdmfCollection( "grid", _grid_entries ) );
+    writeText( "grid.xdmf", xdmfCollection( "grid", _grid_entries ) );
 }
 
 void OutputDirectory::writeExact( std::int64_t step, double time,
@@ -579,12 +343,12 @@ void OutputDirectory::writeSeries(
                  name + " has a row that does not fit its columns" );
         text += fmt::format( "{}\n", fmt::join( row, "," ) );
     }
-    writeText( _directory / file, text );
+    writeText( file, text );
 }
 
 void OutputDirectory::writeSummary( const std::string& json_text )
 {
-    writeText( _directory / "summary.json", json_text );
+    writeText( "summary.json", json_text );
 }
 
 } // end namespace Machpoint

@@ -101,6 +101,12 @@ Parameters inputParameters( const int dimension )
         .optional();
     output.boolean( "particles", "write particles" ).defaultsTo( true );
     output.boolean( "grid", "write node fields" ).defaultsTo( true );
+    output
+        .integer( "compression", "effort of compressing what is written "
+                                 "(shuffle and deflate); 0: none" )
+        .atLeast( 0 )
+        .atMost( 9 )
+        .defaultsTo( 0 );
 
     Parameters all( "input", "a run of machpoint", dimension );
     all.text( "scene", "name of the scene and of its output directory" )

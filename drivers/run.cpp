@@ -1,5 +1,6 @@
 #include <drivers/run.hpp>
 
+#include <core/communicator.hpp>
 #include <core/exact.hpp>
 #include <core/output.hpp>
 #include <core/profile.hpp>
@@ -113,13 +114,23 @@ std::vector<Dataset> particleDatasets( const ParticleData& data, const int dim )
 
 std::vector<Dataset> gridDatasets( const GridData& data, const int dim )
 {
-    auto vector_shape = data.shape;
-    vector_shape.push_back( dim );
-    return { { "density", data.shape, data.density.data() },
-             { "pressure", data.shape, data.pressure.data() },
-             { "specific_internal_energy", data.shape,
-               data.specific_internal_energy.data() },
-             { "velocity", vector_shape, data.velocity.data() } };
+    auto scalar = [&]( const char* name, const std::vector<Real>& values )
+    {
+        return Dataset{ name,
+                        data.shape,
+                        values.data(),
+                        datasetType<Real>(),
+                        data.global_shape,
+                        data.start };
+    };
+    auto velocity = scalar( "velocity", data.velocity );
+    velocity.shape.push_back( dim );
+    velocity.global_shape.push_back( dim );
+    velocity.start.push_back( 0 );
+    return {
+        scalar( "density", data.density ), scalar( "pressure", data.pressure ),
+        scalar( "specific_internal_energy", data.specific_internal_energy ),
+        velocity };
 }
 
 //! The exact solution of a 1D scene on a fine lattice, for pictures.
@@ -154,6 +165,7 @@ void writeExactProfile( OutputDirectory& directory, const Simulation& s,
 
 ExitCode run( const Json& input, const RunOptions& options )
 {
+    const Communicator ranks;
     const SignalGuard guard;
     Profile::start();
     Kokkos::Timer timer;
@@ -168,7 +180,8 @@ ExitCode run( const Json& input, const RunOptions& options )
     const auto exact = makeExact( input );
     OutputDirectory directory(
         options.output.empty() ? "out/" + scene : options.output,
-        options.overwrite, dim, writes_particles || writes_grid );
+        options.overwrite, dim, writes_particles || writes_grid,
+        output.at( "compression" ) );
 
     RunFacts facts;
     facts.initial = simulation->totals();
@@ -196,7 +209,7 @@ ExitCode run( const Json& input, const RunOptions& options )
 
     write();
     ExitCode code = finished;
-    Progress progress( options.quiet, end );
+    Progress progress( options.quiet || !ranks.isRoot(), end );
     std::int64_t outputs = 1;
     std::int64_t written = simulation->steps();
     try
@@ -217,7 +230,8 @@ ExitCode run( const Json& input, const RunOptions& options )
                 write();
                 written = simulation->steps();
             }
-            if ( signal_received )
+            // Launchers may tell one rank only, or all of them one by one.
+            if ( ranks.any( signal_received != 0 ) )
             {
                 code = stopped_early;
                 break;
@@ -234,10 +248,12 @@ ExitCode run( const Json& input, const RunOptions& options )
             write();
             written = simulation->steps();
         }
-        fmt::print( stderr,
-                    "\nmachpoint: {}\nThe last good state, that of step {}, is "
-                    "in {}\n",
-                    failure.what(), written, directory.path().string() );
+        if ( ranks.isRoot() )
+            fmt::print(
+                stderr,
+                "\nmachpoint: {}\nThe last good state, that of step {}, is "
+                "in {}\n",
+                failure.what(), written, directory.path().string() );
         code = numerical_failure;
     }
     progress.show( *simulation, true );
@@ -250,14 +266,18 @@ ExitCode run( const Json& input, const RunOptions& options )
                                       simulation->time() );
     const Json summary = makeSummary( *simulation, input, facts );
     directory.writeSummary( summary.dump( 2 ) + "\n" );
+    const auto signal = ranks.max( signal_received );
+    if ( !ranks.isRoot() )
+        return code;
     if ( !options.quiet )
         fmt::print( "{}", formatSummary( summary ) );
     fmt::print( "output: {}\n", directory.path().string() );
     if ( code == stopped_early )
-        fmt::print( stderr,
-                    "machpoint: stopped by signal {} after step {}; the state "
-                    "is written\n",
-                    signal_received.load(), simulation->steps() );
+        fmt::print(
+            stderr,
+            "machpoint: stopped by signal {:.0f} after step {}; the state "
+            "is written\n",
+            signal, simulation->steps() );
     return code;
 }
 

@@ -34,10 +34,10 @@ struct RunOptions
 };
 
 /*!
-  \brief Runs a resolved input to its end.
-  \return finished, also when max_steps ended it; stopped_early after SIGINT or
-  SIGTERM; numerical_failure when the gas broke down
-  \throws InputError, IoError
+  \brief Runs a resolved input to its end, on all ranks together.
+  \return on all ranks: finished, also when max_steps ended it; stopped_early
+  after SIGINT or SIGTERM; numerical_failure when the gas broke down \throws
+  InputError, IoError
 */
 ExitCode run( const Json& input, const RunOptions& options );
 

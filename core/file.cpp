@@ -1,0 +1,174 @@
+#include <core/file.hpp>
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace fs = std::filesystem;
+
+namespace Machpoint
+{
+namespace
+{
+
+std::string remedy( int error )
+{
+    switch ( error )
+    {
+    case ENOSPC:
+    case EDQUOT:
+    case EFBIG:
+        return "free some space or choose another disk with --output DIR";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+        return "choose a directory that you may write to with --output DIR";
+    default:
+        return "check the path that --output names, or choose another one";
+    }
+}
+
+//! A file under its temporary name, gone again unless it is finished.
+class OpenFile
+{
+  public:
+    OpenFile( const fs::path& target, const int flags )
+        : _target( target ), _temporary( temporaryName( target ) ),
+          _file( ::open( _temporary.c_str(), flags | O_CLOEXEC, 0666 ) )
+    {
+        if ( _file < 0 )
+            throw IoError( target, "cannot create the file", errno );
+    }
+    OpenFile( const OpenFile& ) = delete;
+    OpenFile& operator=( const OpenFile& ) = delete;
+    ~OpenFile()
+    {
+        if ( _file >= 0 )
+            ::close( _file );
+        if ( !_kept )
+            ::unlink( _temporary.c_str() );
+    }
+
+    void write( const void* data, const std::size_t size )
+    {
+        const auto* bytes = static_cast<const char*>( data );
+        for ( std::size_t done = 0; done < size; )
+        {
+            const auto count = ::write( _file, bytes + done, size - done );
+            if ( count >= 0 )
+                done += static_cast<std::size_t>( count );
+            else
+                require( errno == EINTR );
+        }
+    }
+
+    void reserve( const std::size_t size )
+    {
+        require( ::fallocate( _file, 0, 0, static_cast<off_t>( size ) ) == 0 ||
+                 errno == EOPNOTSUPP || errno == ENOSYS || errno == EINTR );
+    }
+
+    // A disk may refuse as late as fsync or close: delayed allocation and
+    // network file systems report a full disk only there.
+    void finish()
+    {
+        require( ::fsync( _file ) == 0 );
+        close();
+        require( ::rename( _temporary.c_str(), _target.c_str() ) == 0 );
+    }
+
+    //! Leaves it under its temporary name.
+    void close()
+    {
+        require( ::close( std::exchange( _file, -1 ) ) == 0 );
+        _kept = true;
+    }
+
+  private:
+    void require( const bool success )
+    {
+        if ( success )
+            return;
+        const int error = errno;
+        _kept = false;
+        throw IoError( _target, "cannot write the file", error );
+    }
+
+    fs::path _target;
+    fs::path _temporary;
+    int _file;
+    bool _kept = false;
+};
+
+} // namespace
+
+IoError::IoError( const fs::path& file, const std::string& operation,
+                  int error )
+    : std::runtime_error( fmt::format(
+          "{}: {}: {}; {}", file.string(), operation,
+          error ? std::strerror( error ) : "no reason given by the system",
+          remedy( error ) ) )
+{
+}
+
+fs::path temporaryName( const fs::path& target )
+{
+    return target.string() + ".tmp";
+}
+
+void writeFile( const fs::path& target, const void* data,
+                const std::size_t size )
+{
+    OpenFile file( target, O_WRONLY | O_CREAT | O_TRUNC );
+    file.write( data, size );
+    file.finish();
+}
+
+void reserveFile( const fs::path& target, const std::size_t size )
+{
+    OpenFile file( target, O_WRONLY | O_CREAT );
+    file.reserve( size );
+    file.close();
+}
+
+void requireReachable( const fs::path& target )
+{
+    OpenFile( target, O_WRONLY ).close();
+}
+
+void dropTemporary( const fs::path& target )
+{
+    ::unlink( temporaryName( target ).c_str() );
+}
+
+void finishFile( const fs::path& target )
+{
+    OpenFile( target, O_WRONLY ).finish();
+}
+
+void removeFile( const fs::path& file )
+{
+    for ( const auto& name : { file, temporaryName( file ) } )
+    {
+        std::error_code error;
+        fs::remove( name, error );
+        if ( error )
+            throw IoError( name, "cannot remove the file", error.value() );
+    }
+}
+
+void makeDirectory( const fs::path& directory )
+{
+    std::error_code error;
+    fs::create_directories( directory, error );
+    if ( error )
+        throw IoError( directory, "cannot create the directory",
+                       error.value() );
+}
+
+} // namespace Machpoint

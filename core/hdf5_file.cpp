@@ -1,0 +1,516 @@
+/*!
+  \file hdf5_file.cpp
+  \brief HDF5 through its C API: in memory for one rank, MPI-IO for several.
+*/
+#include <core/hdf5_file.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#ifdef MACHPOINT_ENABLE_HDF5
+#include <hdf5.h>
+#endif
+
+namespace fs = std::filesystem;
+
+namespace Machpoint
+{
+
+std::vector<Dataset> stackRows( const Communicator& ranks,
+                                std::vector<Dataset> blocks )
+{
+    for ( auto& block : blocks )
+    {
+        const auto rows = static_cast<std::int64_t>( block.shape.at( 0 ) );
+        block.start.assign( block.shape.size(), 0 );
+        block.start[0] = static_cast<std::size_t>( ranks.sumBefore( rows ) );
+        block.global_shape = block.shape;
+        block.global_shape[0] = static_cast<std::size_t>( ranks.sum( rows ) );
+    }
+    return blocks;
+}
+
+#ifdef MACHPOINT_ENABLE_HDF5
+
+namespace
+{
+
+#ifdef H5_HAVE_PARALLEL
+constexpr bool is_parallel = true;
+#else
+constexpr bool is_parallel = false;
+#endif
+
+std::size_t count( const std::vector<std::size_t>& shape )
+{
+    return std::accumulate( shape.begin(), shape.end(), std::size_t{ 1 },
+                            std::multiplies<>{} );
+}
+
+std::vector<hsize_t> extents( const std::vector<std::size_t>& shape )
+{
+    return { shape.begin(), shape.end() };
+}
+
+// HDF5 prints its error stack by default; here errors become exceptions.
+class QuietHdf5
+{
+  public:
+    QuietHdf5()
+    {
+        H5Eget_auto2( H5E_DEFAULT, &_function, &_data );
+        H5Eset_auto2( H5E_DEFAULT, nullptr, nullptr );
+    }
+    QuietHdf5( const QuietHdf5& ) = delete;
+    QuietHdf5& operator=( const QuietHdf5& ) = delete;
+    ~QuietHdf5() { H5Eset_auto2( H5E_DEFAULT, _function, _data ); }
+
+  private:
+    H5E_auto2_t _function = nullptr;
+    void* _data = nullptr;
+};
+
+//! Owns an HDF5 identifier.
+class Handle
+{
+  public:
+    Handle( hid_t id, herr_t ( *close )( hid_t ) ) : _id( id ), _close( close )
+    {
+    }
+    Handle( const Handle& ) = delete;
+    Handle& operator=( const Handle& ) = delete;
+    ~Handle() { close(); }
+    herr_t close() { return _id < 0 ? 0 : _close( std::exchange( _id, -1 ) ); }
+    operator hid_t() const { return _id; }
+
+  private:
+    hid_t _id;
+    herr_t ( *_close )( hid_t );
+};
+
+hid_t nativeType( const Dataset::Type type )
+{
+    switch ( type )
+    {
+    case Dataset::Type::real:
+        return H5T_NATIVE_DOUBLE;
+    case Dataset::Type::integer:
+        return H5T_NATIVE_INT64;
+    default:
+        return H5T_NATIVE_UINT8;
+    }
+}
+
+hid_t makeSpace( const std::vector<std::size_t>& shape )
+{
+    return shape.empty() ? H5Screate( H5S_SCALAR )
+                         : H5Screate_simple( static_cast<int>( shape.size() ),
+                                             extents( shape ).data(), nullptr );
+}
+
+//! Selects a block of a dataspace, which may be an empty one.
+herr_t select( const hid_t space, const std::vector<std::size_t>& start,
+               const std::vector<std::size_t>& shape )
+{
+    if ( count( shape ) == 0 )
+        return H5Sselect_none( space );
+    if ( shape.empty() )
+        return H5Sselect_all( space );
+    return H5Sselect_hyperslab( space, H5S_SELECT_SET, extents( start ).data(),
+                                nullptr, extents( shape ).data(), nullptr );
+}
+
+//! Fills one new file; every member is called by all ranks alike.
+class Writer
+{
+  public:
+    Writer( const Communicator& ranks, const fs::path& target,
+            const hid_t access, const fs::path& name, const int compression )
+        : _target( target ), _is_root( ranks.isRoot() ),
+          _compression( compression ),
+          _links( H5Pcreate( H5P_LINK_CREATE ), H5Pclose ),
+          _transfer( H5Pcreate( H5P_DATASET_XFER ), H5Pclose ),
+          _file( H5Fcreate( name.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access ),
+                 H5Fclose )
+    {
+        check<hid_t>( _file, "create it" );
+        check( H5Pset_create_intermediate_group( _links, 1 ), "create it" );
+#ifdef H5_HAVE_PARALLEL
+        if ( ranks.size() > 1 )
+            check( H5Pset_dxpl_mpio( _transfer, H5FD_MPIO_COLLECTIVE ),
+                   "create it" );
+#endif
+    }
+
+    void attribute( const Dataset& item )
+    {
+        const auto operation = "write the attribute " + item.name;
+        const auto type = nativeType( item.type );
+        const Handle space( check( makeSpace( item.shape ), operation ),
+                            H5Sclose );
+        const Handle attribute(
+            check( H5Acreate2( _file, item.name.c_str(), type, space,
+                               H5P_DEFAULT, H5P_DEFAULT ),
+                   operation ),
+            H5Aclose );
+        check( H5Awrite( attribute, type, item.data ), operation );
+    }
+
+    void dataset( const Dataset& item )
+    {
+        const auto operation = "write the dataset " + item.name;
+        const auto type = nativeType( item.type );
+        const auto& whole = item.extents();
+        const Handle layout( chunks( item ), H5Pclose );
+        const Handle space( check( makeSpace( whole ), operation ), H5Sclose );
+        const Handle dataset(
+            check( H5Dcreate2( _file, item.name.c_str(), type, space, _links,
+                               layout, H5P_DEFAULT ),
+                   operation ),
+            H5Dclose );
+        if ( count( whole ) == 0 )
+            return;
+        const Handle memory( check( makeSpace( item.shape ), operation ),
+                             H5Sclose );
+        if ( !item.global_shape.empty() )
+            check( select( space, item.start, item.shape ), operation );
+        else if ( !_is_root )
+            check( H5Sselect_none( space ), operation );
+        if ( H5Sget_select_npoints( space ) == 0 )
+            check( H5Sselect_none( memory ), operation );
+        check( H5Dwrite( dataset, type, memory, space, _transfer, item.data ),
+               operation );
+    }
+
+    void flush()
+    {
+        check( H5Fflush( _file, H5F_SCOPE_GLOBAL ), "flush it" );
+    }
+    void close()
+    {
+        check( _file.close(), "close it" );
+    }
+
+    //! The bytes of a file that is built in memory.
+    std::pair<const void*, std::size_t> image()
+    {
+        void** bytes = nullptr;
+        check( H5Fget_vfd_handle( _file, H5P_DEFAULT,
+                                  reinterpret_cast<void**>( &bytes ) ),
+               "hand it out" );
+        // The memory behind the end is spare room.
+        const auto size =
+            check( H5Fget_file_image( _file, nullptr, 0 ), "hand it out" );
+        return { *bytes, static_cast<std::size_t>( size ) };
+    }
+
+  private:
+    template <class Result>
+    Result check( const Result result, const std::string& operation ) const
+    {
+        if ( result < 0 )
+            throw IoError( fmt::format(
+                "{}: HDF5 cannot {}; is there room for it in memory and on the "
+                "disk?",
+                _target.string(), operation ) );
+        return result;
+    }
+
+    //! Creation properties: contiguous, or compressed chunks of about 1 MiB,
+    //! whole in all but the slowest axis.
+    hid_t chunks( const Dataset& item ) const
+    {
+        const auto& whole = item.extents();
+        const auto properties = H5Pcreate( H5P_DATASET_CREATE );
+        if ( _compression == 0 || whole.empty() || count( whole ) == 0 )
+            return properties;
+        auto chunk = extents( whole );
+        const auto row = count( whole ) / whole[0] * sizeof( double );
+        chunk[0] = std::clamp<hsize_t>( ( 1 << 20 ) / row, 1, whole[0] );
+        H5Pset_chunk( properties, static_cast<int>( chunk.size() ),
+                      chunk.data() );
+        H5Pset_shuffle( properties );
+        H5Pset_deflate( properties, static_cast<unsigned>( _compression ) );
+        return properties;
+    }
+
+    fs::path _target;
+    bool _is_root;
+    int _compression;
+    Handle _links;
+    Handle _transfer;
+    Handle _file;
+};
+
+std::size_t sizeOnDisk( const std::vector<Dataset>& datasets )
+{
+    std::size_t size = 1 << 16; // for all that is not raw data
+    for ( const auto& item : datasets )
+        size += count( item.extents() ) * sizeof( double );
+    return size;
+}
+
+// HDF5 never touches the disk: when its last write to a full one fails, the
+// file cannot be closed any more and the library crashes at exit (1.10.8). It
+// builds the image in memory, and writeFile puts that on the disk.
+void writeAlone( const Communicator& ranks, const fs::path& target,
+                 const std::vector<Dataset>& attributes,
+                 const std::vector<Dataset>& datasets, const int compression )
+{
+    const Handle access( H5Pcreate( H5P_FILE_ACCESS ), H5Pclose );
+    H5Pset_fapl_core( access, sizeOnDisk( datasets ), false );
+    Writer writer( ranks, target, access, target, compression );
+    for ( const auto& item : attributes )
+        writer.attribute( item );
+    for ( const auto& item : datasets )
+        writer.dataset( item );
+    writer.flush();
+    const auto [bytes, size] = writer.image();
+    writeFile( target, bytes, size );
+}
+
+#ifdef H5_HAVE_PARALLEL
+
+// For the same reason the room on the disk is taken before HDF5 writes: once to
+// learn of a full disk before HDF5 has a file to lose, and again because HDF5
+// gives it back when it creates the file. Where the file system cannot do so, a
+// full disk is still the same error on all ranks, but may end in a crash.
+// Ranks agree after every call that may fail on one of them alone.
+void writeParallel( const Communicator& ranks, const fs::path& target,
+                    const std::vector<Dataset>& attributes,
+                    const std::vector<Dataset>& datasets,
+                    const int compression )
+{
+    const auto temporary = temporaryName( target );
+    const auto reserve = [&] { reserveFile( target, sizeOnDisk( datasets ) ); };
+    onRoot( ranks, reserve );
+    try
+    {
+        together( ranks, [&] { requireReachable( target ); } );
+        const Handle access( H5Pcreate( H5P_FILE_ACCESS ), H5Pclose );
+        H5Pset_fapl_mpio( access, ranks.handle(), MPI_INFO_NULL );
+        std::optional<Writer> writer;
+        together( ranks,
+                  [&] {
+                      writer.emplace( ranks, target, access, temporary,
+                                      compression );
+                  } );
+        onRoot( ranks, reserve );
+        together( ranks,
+                  [&]
+                  {
+                      for ( const auto& item : attributes )
+                          writer->attribute( item );
+                  } );
+        for ( const auto& item : datasets )
+            together( ranks, [&] { writer->dataset( item ); } );
+        together( ranks, [&] { writer->flush(); } );
+        together( ranks, [&] { writer->close(); } );
+        onRoot( ranks, [&] { finishFile( target ); } );
+    }
+    catch ( const IoError& )
+    {
+        if ( ranks.isRoot() )
+            dropTemporary( target );
+        throw;
+    }
+}
+
+#endif
+
+} // namespace
+
+void requireHdf5( const Communicator& ranks )
+{
+    if ( ranks.size() > 1 && !is_parallel )
+        throw IoError::onAll(
+            "cannot write output: the HDF5 of this build is a serial one; run "
+            "on one rank, or build with a parallel HDF5 (Debian: "
+            "libhdf5-openmpi-dev), or set output.particles and output.grid to "
+            "false" );
+}
+
+void writeHdf5( const Communicator& ranks, const fs::path& target,
+                const std::vector<Dataset>& attributes,
+                const std::vector<Dataset>& datasets, const int compression )
+{
+    const QuietHdf5 quiet;
+    if ( ranks.size() == 1 )
+        together( ranks,
+                  [&] {
+                      writeAlone( ranks, target, attributes, datasets,
+                                  compression );
+                  } );
+#ifdef H5_HAVE_PARALLEL
+    else
+        writeParallel( ranks, target, attributes, datasets, compression );
+#endif
+}
+
+//---------------------------------------------------------------------------//
+
+namespace
+{
+
+[[noreturn]] void refuse( const fs::path& file, const std::string& reason )
+{
+    throw IoError( fmt::format( "{}: {}; is it a file of this program, and "
+                                "whole?",
+                                file.string(), reason ) );
+}
+
+//! Is what is stored of this type?
+bool fits( const hid_t stored, const Dataset::Type type )
+{
+    const auto native = nativeType( type );
+    return H5Tget_class( stored ) == H5Tget_class( native ) &&
+           H5Tget_size( stored ) == H5Tget_size( native );
+}
+
+} // namespace
+
+Hdf5Reader::Hdf5Reader( const fs::path& file ) : _path( file )
+{
+    const QuietHdf5 quiet;
+    _file = H5Fopen( file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT );
+    if ( _file < 0 )
+        refuse( file, "cannot be read as an HDF5 file" );
+}
+
+Hdf5Reader::~Hdf5Reader()
+{
+    H5Fclose( _file );
+}
+
+bool Hdf5Reader::has( const std::string& dataset ) const
+{
+    const QuietHdf5 quiet;
+    return Handle( H5Dopen2( _file, dataset.c_str(), H5P_DEFAULT ),
+                   H5Dclose ) >= 0;
+}
+
+std::vector<std::size_t> Hdf5Reader::shape( const std::string& name ) const
+{
+    const QuietHdf5 quiet;
+    const Handle dataset( H5Dopen2( _file, name.c_str(), H5P_DEFAULT ),
+                          H5Dclose );
+    if ( dataset < 0 )
+        refuse( _path, "there is no dataset " + name );
+    const Handle space( H5Dget_space( dataset ), H5Sclose );
+    std::vector<hsize_t> extents(
+        static_cast<std::size_t>( H5Sget_simple_extent_ndims( space ) ) );
+    H5Sget_simple_extent_dims( space, extents.data(), nullptr );
+    return { extents.begin(), extents.end() };
+}
+
+void Hdf5Reader::readBlock( const std::string& name, const Dataset::Type type,
+                            const std::vector<std::size_t>& start,
+                            const std::vector<std::size_t>& shape,
+                            void* values ) const
+{
+    const QuietHdf5 quiet;
+    const auto whole = this->shape( name );
+    bool inside = start.size() == whole.size() && shape.size() == whole.size();
+    for ( std::size_t axis = 0; inside && axis < whole.size(); ++axis )
+        inside = start[axis] <= whole[axis] &&
+                 shape[axis] <= whole[axis] - start[axis];
+    if ( !inside )
+        refuse( _path, fmt::format( "the dataset {} is [{}], and lacks a block "
+                                    "[{}] from [{}]",
+                                    name, fmt::join( whole, "][" ),
+                                    fmt::join( shape, "][" ),
+                                    fmt::join( start, "][" ) ) );
+    const Handle dataset( H5Dopen2( _file, name.c_str(), H5P_DEFAULT ),
+                          H5Dclose );
+    const Handle stored( H5Dget_type( dataset ), H5Tclose );
+    if ( !fits( stored, type ) )
+        refuse( _path, "the dataset " + name + " has another type" );
+    if ( count( shape ) == 0 )
+        return;
+    const Handle space( H5Dget_space( dataset ), H5Sclose );
+    const Handle memory( makeSpace( shape ), H5Sclose );
+    if ( select( space, start, shape ) < 0 ||
+         H5Dread( dataset, nativeType( type ), memory, space, H5P_DEFAULT,
+                  values ) < 0 )
+        refuse( _path, "cannot read the dataset " + name );
+}
+
+std::size_t Hdf5Reader::attributeSize( const std::string& name ) const
+{
+    const QuietHdf5 quiet;
+    const Handle attribute( H5Aopen( _file, name.c_str(), H5P_DEFAULT ),
+                            H5Aclose );
+    if ( attribute < 0 )
+        refuse( _path, "there is no attribute " + name );
+    const Handle space( H5Aget_space( attribute ), H5Sclose );
+    return static_cast<std::size_t>( H5Sget_simple_extent_npoints( space ) );
+}
+
+void Hdf5Reader::readAttribute( const std::string& name,
+                                const Dataset::Type type, void* values ) const
+{
+    const QuietHdf5 quiet;
+    const Handle attribute( H5Aopen( _file, name.c_str(), H5P_DEFAULT ),
+                            H5Aclose );
+    const Handle stored( H5Aget_type( attribute ), H5Tclose );
+    if ( !fits( stored, type ) )
+        refuse( _path, "the attribute " + name + " has another type" );
+    if ( H5Aread( attribute, nativeType( type ), values ) < 0 )
+        refuse( _path, "cannot read the attribute " + name );
+}
+
+#else
+
+void requireHdf5( const Communicator& )
+{
+    throw IoError::onAll(
+        "cannot write output: this build lacks HDF5; install it (Debian: "
+        "libhdf5-openmpi-dev or libhdf5-dev) and configure with "
+        "-DMachpoint_ENABLE_HDF5=ON, or set output.particles and output.grid "
+        "to false" );
+}
+
+void writeHdf5( const Communicator& ranks, const fs::path&,
+                const std::vector<Dataset>&, const std::vector<Dataset>&, int )
+{
+    requireHdf5( ranks );
+}
+
+Hdf5Reader::Hdf5Reader( const fs::path& file ) : _path( file ), _file( -1 )
+{
+    throw IoError( file.string() +
+                   ": cannot be read: this build lacks HDF5; configure with "
+                   "-DMachpoint_ENABLE_HDF5=ON" );
+}
+
+// Never reached: there is no reader.
+Hdf5Reader::~Hdf5Reader() = default;
+bool Hdf5Reader::has( const std::string& ) const
+{
+    return false;
+}
+std::vector<std::size_t> Hdf5Reader::shape( const std::string& ) const
+{
+    return {};
+}
+void Hdf5Reader::readBlock( const std::string&, Dataset::Type,
+                            const std::vector<std::size_t>&,
+                            const std::vector<std::size_t>&, void* ) const
+{
+}
+std::size_t Hdf5Reader::attributeSize( const std::string& ) const
+{
+    return 0;
+}
+void Hdf5Reader::readAttribute( const std::string&, Dataset::Type, void* ) const
+{
+}
+
+#endif
+
+} // namespace Machpoint
