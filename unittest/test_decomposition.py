@@ -1,0 +1,151 @@
+"""The number of ranks and how they are arranged change results by round-off.
+
+The executable comes from MACHPOINT_EXECUTABLE, the launcher from
+MACHPOINT_MPIEXEC.
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
+LAUNCHER = os.environ["MACHPOINT_MPIEXEC"]
+INPUT = pathlib.Path(__file__).resolve().parent.parent / "input"
+
+# Open MPI's ways to share cores and to run as root; others ask for neither.
+ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1",
+                   OMPI_MCA_rmaps_base_oversubscribe="1",
+                   OMPI_MCA_mpi_yield_when_idle="1",
+                   OMPI_ALLOW_RUN_AS_ROOT="1",
+                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+TOLERANCE = 1e-12  # relative to the largest value
+WRONG_INPUT = 2
+
+
+def method(name, basis):
+    return {"method": {"name": name, "basis": basis}}
+
+
+# Scene, what differs from the shipped input, steps. All kinds of sides,
+# obstacles, and everything that makes, moves or removes particles.
+SCENES = {
+    "sod": ("sod", {}, 40),
+    "sod, cubic, random": ("sod", {
+        "particles.placement": "random", "method.basis": "cubic"}, 40),
+    "vortex": ("isentropic_vortex", {"grid.cells": [32, 32]}, 20),
+    "vortex, linear": ("isentropic_vortex", {
+        "grid.cells": [32, 32], **method("conservative", "linear")}, 20),
+    "blast with halves": ("sedov_2d", {"grid.cells": [40, 40]}, 40),
+    "cylinder": ("cylinder_mach3", {"grid.cells": [100, 50]}, 40),
+    "cylinder, merging": ("cylinder_mach3", {
+        "grid.cells": [100, 50], "method.merge_volume": 0.4}, 12),
+    "cylinder, apic": ("cylinder_mach3", {
+        "grid.cells": [60, 30], **method("apic", "quadratic")}, 30),
+    "recycled stream": ("cylinder_mach3_recycle", {
+        "grid.cells": [60, 30], **method("paper", "quadratic")}, 30),
+    "gravity": ("gravity_column", {}, 20),
+    "blast in 3D": ("sedov_3d", {"grid.cells": [16, 18, 20]}, 12),
+}
+ARRANGED = {"cylinder": ([4, 1], [2, 2], [1, 4]),
+            "blast in 3D": ([2, 2, 1], [1, 2, 2])}
+
+
+class DecompositionTest(unittest.TestCase):
+
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.scratch = pathlib.Path(scratch.name)
+
+    def execute(self, ranks, scene, sets, steps):
+        words = [LAUNCHER, "-n", str(ranks), EXECUTABLE, "run",
+                 str(INPUT / f"{scene}.json"), "--quiet", "--overwrite",
+                 "--output", str(self.scratch / "out"),
+                 "--max-steps", str(steps), "--set", "output.every=1e9"]
+        for path, value in sets.items():
+            words += ["--set", f"{path}={json.dumps(value)}"]
+        return subprocess.run(words, stdin=subprocess.DEVNULL, text=True,
+                              capture_output=True, env=ENVIRONMENT,
+                              timeout=120)
+
+    def run_scene(self, ranks, *scene):
+        """Particles ordered by id, node fields, and the summary."""
+        result = self.execute(ranks, *scene)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        fields = {}
+        for kind in ("particles", "grid"):
+            last = sorted((self.scratch / "out" / kind).glob("*.h5"))[-1]
+            with h5py.File(last) as file:
+                data = {f"{kind} {name}": file[name][...] for name in file
+                        if isinstance(file[name], h5py.Dataset)}
+            if kind == "particles":
+                order = np.argsort(data["particles id"])
+                data = {name: values[order] for name, values in data.items()}
+            fields.update(data)
+        summary = json.loads(
+            (self.scratch / "out" / "summary.json").read_text())
+        self.assertEqual(summary["ranks"], ranks)
+        return fields, summary
+
+    def assert_same(self, one, many):
+        fields, summary = one
+        others, other_summary = many
+        np.testing.assert_array_equal(fields["particles id"],
+                                      others["particles id"])
+        for name, values in fields.items():
+            scale = max(abs(values).max(), 1e-300)
+            if name == "particles position":
+                scale = 1.0
+            self.assertLess(abs(values - others[name]).max() / scale,
+                            TOLERANCE, name)
+        for key in ("particles_initial", "particles_final", "steps", "cells",
+                    "retries"):
+            self.assertEqual(summary[key], other_summary[key], key)
+        drifts = [s["conservation"] for s in (summary, other_summary)]
+        self.assertLess(abs(drifts[1]["mass"]), 1e-13)
+        for key in ("mass_in", "mass_out", "work_on_gas"):
+            self.assertAlmostEqual(drifts[0][key], drifts[1][key], delta=1e-12)
+
+    def test_any_number_of_ranks(self):
+        for label, scene in SCENES.items():
+            one = self.run_scene(1, *scene)
+            self.assertGreater(len(one[0]["particles id"]), 100)
+            for ranks in (2, 3, 4):
+                with self.subTest(scene=label, ranks=ranks):
+                    self.assert_same(one, self.run_scene(ranks, *scene))
+
+    def test_any_arrangement(self):
+        for label, arrangements in ARRANGED.items():
+            scene, sets, steps = SCENES[label]
+            one = self.run_scene(1, scene, sets, steps)
+            for arrangement in arrangements:
+                with self.subTest(scene=label, ranks=arrangement):
+                    given = dict(sets, decomposition={"ranks": arrangement})
+                    self.assert_same(
+                        one, self.run_scene(4, scene, given, steps))
+
+    def test_ranks_that_do_not_fit(self):
+        for ranks, scene, sets, words in [
+                (3, "sod", {"grid.cells": [9]}, "cut into boxes of 3 cells"),
+                (4, "sod", {"grid.cells": [3]}, "3 cells for 4 ranks"),
+                (2, "sod", {"decomposition": {"ranks": [3]}},
+                 "3 boxes on 2 ranks"),
+                (4, "cylinder_mach3",
+                 {"grid.cells": [100, 20], "decomposition": {"ranks": [1, 4]}},
+                 "cut into boxes of 5 cells")]:
+            with self.subTest(words):
+                result = self.execute(ranks, scene, sets, 1)
+                self.assertEqual(result.returncode, WRONG_INPUT)
+                self.assertIn(words, result.stderr)
+                self.assertEqual(result.stderr.count(words), 1)
+                self.assertFalse((self.scratch / "out").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
