@@ -4,9 +4,12 @@
 */
 #include <core/output.hpp>
 
+#include <core/parameters.hpp>
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <system_error>
 
 namespace fs = std::filesystem;
@@ -27,12 +30,14 @@ void writeText( const fs::path& target, const std::string& text )
 //---------------------------------------------------------------------------//
 
 // Root files of a run and of tools/plot.py.
-constexpr const char* root_files[] = {
-    "summary.json",      "particles.xdmf", "grid.xdmf",
-    "profiles.png",      "schlieren.png",  "slices.png",
-    "contact_sheet.png", "movie.mp4",      "movie.gif" };
+constexpr const char* root_files[] = { "summary.json",      "particles.xdmf",
+                                       "grid.xdmf",         "profiles.png",
+                                       "schlieren.png",     "slices.png",
+                                       "contact_sheet.png", "movie.mp4",
+                                       "movie.gif",         "stop" };
 
-constexpr const char* step_folders[] = { "particles", "grid", "exact" };
+constexpr const char* step_folders[] = { "particles", "grid", "exact",
+                                         "checkpoints" };
 constexpr const char* series_folder = "series";
 
 bool isStepFile( const fs::path& file )
@@ -49,7 +54,8 @@ bool isSeriesFile( const fs::path& file )
 }
 
 // The folder itself goes only when nothing else is left in it.
-void clearFolder( const fs::path& folder, bool ( *is_ours )( const fs::path& ) )
+void clearFolder( const fs::path& folder,
+                  const std::function<bool( const fs::path& )>& is_ours )
 {
     std::error_code error;
     if ( !fs::is_directory( folder, error ) )
@@ -112,8 +118,11 @@ std::string xdmfAttribute( const std::string& file, const Dataset& dataset,
 }
 
 std::string xdmfCollection( const std::string& name,
-                            const std::string& entries )
+                            const std::map<std::int64_t, std::string>& entries )
 {
+    std::string text;
+    for ( const auto& [step, entry] : entries )
+        text += entry;
     return fmt::format( R"(<?xml version="1.0"?>
 <Xdmf Version="3.0">
   <Domain>
@@ -122,7 +131,7 @@ std::string xdmfCollection( const std::string& name,
   </Domain>
 </Xdmf>
 )",
-                        name, entries );
+                        name, text );
 }
 
 std::string xdmfEntry( const std::string& name, double time,
@@ -160,16 +169,18 @@ void require( bool condition, const std::string& what )
 
 //---------------------------------------------------------------------------//
 
-OutputDirectory::OutputDirectory( const fs::path& directory, bool overwrite,
-                                  int dimension, const bool needs_fields )
+OutputDirectory::OutputDirectory( const fs::path& directory,
+                                  const FormerRun former, int dimension,
+                                  const bool needs_fields )
     : _directory( directory ), _dimension( dimension )
 {
     if ( needs_fields )
         requireHdf5( _ranks );
     require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
 
-    if ( !overwrite )
-        for ( const auto* name : { "summary.json", "particles", "grid" } )
+    if ( former == FormerRun::refuse )
+        for ( const auto* name :
+              { "summary.json", "particles", "grid", "checkpoints" } )
         {
             std::error_code error; // of a path that is none: reported below
             if ( fs::exists( directory / name, error ) )
@@ -183,7 +194,7 @@ OutputDirectory::OutputDirectory( const fs::path& directory, bool overwrite,
     const auto probe = directory / "machpoint_probe";
     writeText( probe, "probe\n" );
     removeFile( probe );
-    if ( overwrite )
+    if ( former == FormerRun::replace )
         removeFormerRun( directory );
 }
 
@@ -249,9 +260,8 @@ void OutputDirectory::writeParticles( std::int64_t step, double time,
                                              : std::vector{ particles },
                                    is_vector );
     }
-    _particle_entries += xdmfEntry( "particles", time, body );
-    writeText( _directory / "particles.xdmf",
-               xdmfCollection( "particles", _particle_entries ) );
+    _particle_entries[step] = xdmfEntry( "particles", time, body );
+    writeXdmf( "particles", _particle_entries );
 }
 
 void OutputDirectory::writeGrid( std::int64_t step, double time,
@@ -296,9 +306,8 @@ void OutputDirectory::writeGrid( std::int64_t step, double time,
         body += xdmfAttribute(
             file, dataset, is_vector ? vector_extents : extents, is_vector );
     }
-    _grid_entries += xdmfEntry( "grid", time, body );
-    writeText( _directory / "grid.xdmf",
-               xdmfCollection( "grid", _grid_entries ) );
+    _grid_entries[step] = xdmfEntry( "grid", time, body );
+    writeXdmf( "grid", _grid_entries );
 }
 
 void OutputDirectory::writeExact( std::int64_t step, double time,
@@ -333,6 +342,55 @@ void OutputDirectory::writeSeries(
 void OutputDirectory::writeSummary( const std::string& json_text )
 {
     writeText( _directory / "summary.json", json_text );
+}
+
+void OutputDirectory::checkpoint( Archive& archive )
+{
+    for ( const auto& [kind, entries] :
+          { std::pair( "particles", &_particle_entries ),
+            std::pair( "grid", &_grid_entries ) } )
+    {
+        std::string text = Json( *entries ).dump();
+        archive( std::string( "outputs/" ) + kind, text );
+        if ( !archive.isReading() )
+            continue;
+        *entries = Json::parse( text ).get<Entries>();
+        if ( _ranks.isRoot() )
+            takeUp( kind, *entries );
+    }
+    if ( archive.isReading() && _ranks.isRoot() )
+        removeFile( _directory / "summary.json" );
+}
+
+void OutputDirectory::takeUp( const std::string& kind, Entries& entries ) const
+{
+    // A restart may write into another directory.
+    std::erase_if( entries,
+                   [&]( const auto& entry )
+                   {
+                       std::error_code error;
+                       return !fs::exists(
+                           _directory / stepFile( kind, entry.first ), error );
+                   } );
+    const auto is_later = [&]( const fs::path& file )
+    {
+        return isStepFile( file ) &&
+               !entries.contains( std::stoll( file.stem().string() ) );
+    };
+    clearFolder( _directory / kind, is_later );
+    if ( kind == "particles" )
+        clearFolder( _directory / "exact", is_later );
+    if ( entries.empty() )
+        removeFile( _directory / ( kind + ".xdmf" ) );
+    else
+        writeXdmf( kind, entries );
+}
+
+void OutputDirectory::writeXdmf( const std::string& kind,
+                                 const Entries& entries ) const
+{
+    writeText( _directory / ( kind + ".xdmf" ),
+               xdmfCollection( kind, entries ) );
 }
 
 } // end namespace Machpoint
