@@ -303,12 +303,7 @@ fs::path writeCheckpoint( const Communicator& ranks, const fs::path& folder,
     const auto step =
         std::get<std::vector<std::int64_t>>( entries.at( "step" ).values );
     const auto file = folder / fmt::format( "{:08}.h5", step.at( 0 ) );
-    together( ranks,
-              [&]
-              {
-                  if ( ranks.isRoot() )
-                      makeDirectory( folder );
-              } );
+    onRoot( ranks, [&] { makeDirectory( folder ); } );
     writeHdf5( ranks, file,
                { { "machpoint_checkpoint",
                    {},

@@ -131,7 +131,7 @@ void writeFile( const fs::path& target, const void* data,
 
 void reserveFile( const fs::path& target, const std::size_t size )
 {
-    OpenFile file( target, O_WRONLY | O_CREAT | O_TRUNC );
+    OpenFile file( target, O_WRONLY | O_CREAT );
     file.reserve( size );
     file.close();
 }

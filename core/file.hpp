@@ -81,6 +81,18 @@ void together( const Communicator& ranks, Action&& action )
     throw IoError::onAll( { text.begin(), text.end() } );
 }
 
+//! The same for an action of the root alone.
+template <class Action>
+void onRoot( const Communicator& ranks, Action&& action )
+{
+    together( ranks,
+              [&]
+              {
+                  if ( ranks.isRoot() )
+                      std::forward<Action>( action )();
+              } );
+}
+
 //! The name under which a file is written before it is whole.
 std::filesystem::path temporaryName( const std::filesystem::path& target );
 
@@ -92,10 +104,10 @@ void writeFile( const std::filesystem::path& target, const void* data,
                 std::size_t size );
 
 /*!
-  \brief Makes an empty file under the temporary name of `target` and sees to it
-  that the disk has room for `size` bytes. One rank.
+  \brief Makes the file of the temporary name, unless it is there, and takes
+  `size` bytes of the disk for it. One rank.
 
-  File systems that cannot tell are believed. \throws IoError
+  File systems that cannot do so are believed to have room. \throws IoError
 */
 void reserveFile( const std::filesystem::path& target, std::size_t size );
 

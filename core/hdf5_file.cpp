@@ -200,12 +200,13 @@ class Writer
     std::pair<const void*, std::size_t> image()
     {
         void** bytes = nullptr;
-        hsize_t size = 0;
         check( H5Fget_vfd_handle( _file, H5P_DEFAULT,
                                   reinterpret_cast<void**>( &bytes ) ),
                "hand it out" );
-        check( H5Fget_filesize( _file, &size ), "hand it out" );
-        return { *bytes, size };
+        // The memory behind the end is spare room.
+        const auto size =
+            check( H5Fget_file_image( _file, nullptr, 0 ), "hand it out" );
+        return { *bytes, static_cast<std::size_t>( size ) };
     }
 
   private:
@@ -275,20 +276,19 @@ void writeAlone( const Communicator& ranks, const fs::path& target,
 
 #ifdef H5_HAVE_PARALLEL
 
-// For the same reason the room on the disk is sought before HDF5 writes. Ranks
-// agree after every call that may fail on one of them alone.
+// For the same reason the room on the disk is taken before HDF5 writes: once to
+// learn of a full disk before HDF5 has a file to lose, and again because HDF5
+// gives it back when it creates the file. Where the file system cannot do so, a
+// full disk is still the same error on all ranks, but may end in a crash.
+// Ranks agree after every call that may fail on one of them alone.
 void writeParallel( const Communicator& ranks, const fs::path& target,
                     const std::vector<Dataset>& attributes,
                     const std::vector<Dataset>& datasets,
                     const int compression )
 {
     const auto temporary = temporaryName( target );
-    together( ranks,
-              [&]
-              {
-                  if ( ranks.isRoot() )
-                      reserveFile( target, sizeOnDisk( datasets ) );
-              } );
+    const auto reserve = [&] { reserveFile( target, sizeOnDisk( datasets ) ); };
+    onRoot( ranks, reserve );
     try
     {
         together( ranks, [&] { requireReachable( target ); } );
@@ -300,6 +300,7 @@ void writeParallel( const Communicator& ranks, const fs::path& target,
                       writer.emplace( ranks, target, access, temporary,
                                       compression );
                   } );
+        onRoot( ranks, reserve );
         together( ranks,
                   [&]
                   {
@@ -310,12 +311,7 @@ void writeParallel( const Communicator& ranks, const fs::path& target,
             together( ranks, [&] { writer->dataset( item ); } );
         together( ranks, [&] { writer->flush(); } );
         together( ranks, [&] { writer->close(); } );
-        together( ranks,
-                  [&]
-                  {
-                      if ( ranks.isRoot() )
-                          finishFile( target );
-                  } );
+        onRoot( ranks, [&] { finishFile( target ); } );
     }
     catch ( const IoError& )
     {

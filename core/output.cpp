@@ -19,12 +19,6 @@ namespace Machpoint
 namespace
 {
 
-void writeText( const fs::path& target, const std::string& text )
-{
-    makeDirectory( target.parent_path() );
-    writeFile( target, text.data(), text.size() );
-}
-
 //---------------------------------------------------------------------------//
 // What a former run wrote.
 //---------------------------------------------------------------------------//
@@ -84,6 +78,29 @@ void removeFormerRun( const fs::path& directory )
     clearFolder( directory / series_folder, isSeriesFile );
     for ( const auto* file : root_files )
         removeFile( directory / file );
+}
+
+//! Makes the directory or takes an existing one, on the root.
+void takeDirectory( const fs::path& directory, const FormerRun former )
+{
+    if ( former == FormerRun::refuse )
+        for ( const auto* name :
+              { "summary.json", "particles", "grid", "checkpoints" } )
+        {
+            std::error_code error; // of a path that is none: reported below
+            if ( fs::exists( directory / name, error ) )
+                throw IoError( fmt::format(
+                    "{}: holds another run ({} exists); pass --overwrite to "
+                    "replace it, or choose another directory with --output DIR",
+                    directory.string(), name ) );
+        }
+
+    makeDirectory( directory );
+    const auto probe = directory / "machpoint_probe";
+    writeFile( probe, "probe", 5 );
+    removeFile( probe );
+    if ( former == FormerRun::replace )
+        removeFormerRun( directory );
 }
 
 //---------------------------------------------------------------------------//
@@ -171,31 +188,27 @@ void require( bool condition, const std::string& what )
 
 OutputDirectory::OutputDirectory( const fs::path& directory,
                                   const FormerRun former, int dimension,
-                                  const bool needs_fields )
-    : _directory( directory ), _dimension( dimension )
+                                  const bool needs_fields,
+                                  const int compression )
+    : _directory( directory ), _dimension( dimension ),
+      _compression( compression )
 {
     if ( needs_fields )
         requireHdf5( _ranks );
     require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
+    onRoot( _ranks, [&] { takeDirectory( directory, former ); } );
+}
 
-    if ( former == FormerRun::refuse )
-        for ( const auto* name :
-              { "summary.json", "particles", "grid", "checkpoints" } )
-        {
-            std::error_code error; // of a path that is none: reported below
-            if ( fs::exists( directory / name, error ) )
-                throw IoError( fmt::format(
-                    "{}: holds another run ({} exists); pass --overwrite to "
-                    "replace it, or choose another directory with --output DIR",
-                    directory.string(), name ) );
-        }
-
-    makeDirectory( directory );
-    const auto probe = directory / "machpoint_probe";
-    writeText( probe, "probe\n" );
-    removeFile( probe );
-    if ( former == FormerRun::replace )
-        removeFormerRun( directory );
+void OutputDirectory::writeText( const fs::path& name,
+                                 const std::string& text ) const
+{
+    onRoot( _ranks,
+            [&]
+            {
+                const auto target = _directory / name;
+                makeDirectory( target.parent_path() );
+                writeFile( target, text.data(), text.size() );
+            } );
 }
 
 void OutputDirectory::writeStep( const std::string& kind, std::int64_t step,
@@ -205,9 +218,9 @@ void OutputDirectory::writeStep( const std::string& kind, std::int64_t step,
     attributes.insert( attributes.begin(),
                        { { "time", {}, &time, Dataset::Type::real },
                          { "step", {}, &step, Dataset::Type::integer } } );
-    makeDirectory( _directory / kind );
+    onRoot( _ranks, [&] { makeDirectory( _directory / kind ); } );
     writeHdf5( _ranks, _directory / stepFile( kind, step ), attributes,
-               datasets );
+               datasets, _compression );
 }
 
 void OutputDirectory::writeParticles( std::int64_t step, double time,
@@ -221,42 +234,45 @@ void OutputDirectory::writeParticles( std::int64_t step, double time,
                  position->shape[1] == dim &&
                  position->type == Dataset::Type::real,
              "particles need a real dataset position [n][Dim]" );
-    const auto particles = position->shape[0];
+    const auto own = position->shape[0];
     for ( const auto& dataset : datasets )
-        require( dataset.shape == std::vector{ particles } ||
-                     dataset.shape == std::vector{ particles, dim },
+        require( dataset.shape == std::vector{ own } ||
+                     dataset.shape == std::vector{ own, dim },
                  "the particles' " + dataset.name +
                      " is neither [n] nor [n][Dim]" );
 
-    auto written = datasets;
-    auto points = *position;
+    const auto whole = stackRows( _ranks, datasets );
+    auto written = whole;
+    auto points = whole[position - datasets.begin()];
     std::vector<double> padded;
     if ( dim == 1 )
     {
-        padded.resize( 2 * particles, 0.0 );
+        padded.resize( 2 * own, 0.0 );
         const auto* x = static_cast<const double*>( position->data );
-        for ( std::size_t p = 0; p < particles; ++p )
+        for ( std::size_t p = 0; p < own; ++p )
             padded[2 * p] = x[p];
-        points = { "xdmf/position", { particles, 2 }, padded.data() };
+        points = stackRows(
+            _ranks, { { "xdmf/position", { own, 2 }, padded.data() } } )[0];
         written.push_back( points );
     }
     writeStep( "particles", step, time, {}, written );
 
     const auto file = stepFile( "particles", step );
+    const auto particles = points.extents()[0];
     auto body = fmt::format(
         R"(        <Topology TopologyType="Polyvertex" NodesPerElement="1"
                   NumberOfElements="{}"/>
         <Geometry GeometryType="{}">{}</Geometry>
 )",
         particles, dim == 3 ? "XYZ" : "XY",
-        xdmfItem( file, points, points.shape ) );
-    for ( const auto& dataset : datasets )
+        xdmfItem( file, points, points.extents() ) );
+    for ( const auto& dataset : whole )
     {
         // In 1D a vector has one component, and ParaView shows it as a scalar.
         const bool is_vector = dim > 1 && dataset.shape.size() == 2;
         if ( dataset.name != "position" )
             body += xdmfAttribute( file, dataset,
-                                   is_vector ? dataset.shape
+                                   is_vector ? dataset.extents()
                                              : std::vector{ particles },
                                    is_vector );
     }
@@ -274,12 +290,13 @@ void OutputDirectory::writeGrid( std::int64_t step, double time,
              "the grid's lower and spacing have one number for each axis" );
     require( !datasets.empty() && datasets[0].shape.size() >= dim,
              "a grid needs datasets [nz][ny][nx]" );
-    const std::vector<std::size_t> nodes(
-        datasets[0].shape.begin(), datasets[0].shape.begin() + _dimension );
+    auto nodes = datasets[0].extents();
+    nodes.resize( dim );
     auto vector_shape = nodes;
     vector_shape.push_back( dim );
     for ( const auto& dataset : datasets )
-        require( dataset.shape == nodes || dataset.shape == vector_shape,
+        require( dataset.extents() == nodes ||
+                     dataset.extents() == vector_shape,
                  "the grid's " + dataset.name +
                      " is neither [nz][ny][nx] nor [nz][ny][nx][Dim]" );
 
@@ -336,30 +353,36 @@ void OutputDirectory::writeSeries(
                  name + " has a row that does not fit its columns" );
         text += fmt::format( "{}\n", fmt::join( row, "," ) );
     }
-    writeText( _directory / file, text );
+    writeText( file, text );
 }
 
 void OutputDirectory::writeSummary( const std::string& json_text )
 {
-    writeText( _directory / "summary.json", json_text );
+    writeText( "summary.json", json_text );
 }
 
 void OutputDirectory::checkpoint( Archive& archive )
 {
-    for ( const auto& [kind, entries] :
-          { std::pair( "particles", &_particle_entries ),
-            std::pair( "grid", &_grid_entries ) } )
-    {
-        std::string text = Json( *entries ).dump();
-        archive( std::string( "outputs/" ) + kind, text );
-        if ( !archive.isReading() )
-            continue;
-        *entries = Json::parse( text ).get<Entries>();
-        if ( _ranks.isRoot() )
-            takeUp( kind, *entries );
-    }
-    if ( archive.isReading() && _ranks.isRoot() )
-        removeFile( _directory / "summary.json" );
+    checkpointEntries( archive, "particles", _particle_entries );
+    checkpointEntries( archive, "grid", _grid_entries );
+    if ( archive.isReading() )
+        onRoot( _ranks, [&] { removeFile( _directory / "summary.json" ); } );
+}
+
+void OutputDirectory::checkpointEntries( Archive& archive,
+                                         const std::string& kind,
+                                         Entries& entries ) const
+{
+    std::string text = Json( entries ).dump();
+    archive( "outputs/" + kind, text );
+    if ( !archive.isReading() )
+        return;
+    entries = Json::parse( text ).get<Entries>();
+    onRoot( _ranks, [&] { takeUp( kind, entries ); } );
+    entries =
+        Json::parse( _ranks.fromRoot( Json( entries ).dump() ) ).get<Entries>();
+    if ( !entries.empty() )
+        writeXdmf( kind, entries );
 }
 
 void OutputDirectory::takeUp( const std::string& kind, Entries& entries ) const
@@ -382,15 +405,12 @@ void OutputDirectory::takeUp( const std::string& kind, Entries& entries ) const
         clearFolder( _directory / "exact", is_later );
     if ( entries.empty() )
         removeFile( _directory / ( kind + ".xdmf" ) );
-    else
-        writeXdmf( kind, entries );
 }
 
 void OutputDirectory::writeXdmf( const std::string& kind,
                                  const Entries& entries ) const
 {
-    writeText( _directory / ( kind + ".xdmf" ),
-               xdmfCollection( kind, entries ) );
+    writeText( kind + ".xdmf", xdmfCollection( kind, entries ) );
 }
 
 } // end namespace Machpoint

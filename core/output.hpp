@@ -36,8 +36,12 @@ enum class FormerRun
   Files: `particles/<step>.h5`, `grid/<step>.h5`, `exact/<step>.h5` (the step
   in 8 digits), `particles.xdmf` and `grid.xdmf` (one temporal collection each,
   for ParaView), `series/<name>.csv` and, last, `summary.json`. All members
-  throw IoError when the disk refuses and std::invalid_argument when the caller
-  passes data that does not fit the layout. With MPI only one rank makes one.
+  throw IoError when the disk refuses, on all ranks alike, and
+  std::invalid_argument when the caller passes data that does not fit the
+  layout.
+
+  All ranks make one and call its members together. Particles and grids are
+  written by all ranks into one file, everything else by the root.
 */
 class OutputDirectory
 {
@@ -53,11 +57,13 @@ class OutputDirectory
       \param[in] dimension 1, 2 or 3.
       \param[in] needs_fields Will particles or grids be written? Without them a
       build without HDF5 can run, too.
+      \param[in] compression Of the HDF5 files: 0 (none) to 9.
       \throws IoError If the directory holds another run, cannot be made or
-      written to, or if this build lacks HDF5.
+      written to, or if this build lacks HDF5 (several ranks: a parallel one).
     */
     OutputDirectory( const std::filesystem::path& directory, FormerRun former,
-                     int dimension, bool needs_fields = true );
+                     int dimension, bool needs_fields = true,
+                     int compression = 0 );
 
     //! The directory.
     const std::filesystem::path& path() const { return _directory; }
@@ -69,8 +75,9 @@ class OutputDirectory
       beside each, because ParaView takes no points on a line.
 
       \param[in] step, time Attributes of the file.
-      \param[in] datasets Scalars `[n]` and vectors `[n][Dim]`; one is
-      `position [n][Dim]`, real.
+      \param[in] datasets This rank's particles: scalars `[n]` and vectors
+      `[n][Dim]`; one is `position [n][Dim]`, real. The file has those of rank 0
+      first, then those of rank 1, ...
     */
     void writeParticles( std::int64_t step, double time,
                          const std::vector<Dataset>& datasets );
@@ -82,7 +89,7 @@ class OutputDirectory
       \param[in] lower `[Dim]`, the first node's position, x first.
       \param[in] spacing `[Dim]`, the distance between nodes, x first.
       \param[in] datasets Scalars `[nz][ny][nx]` (as many axes as dimensions,
-      x last) and vectors `[nz][ny][nx][Dim]`.
+      x last) and vectors `[nz][ny][nx][Dim]`; on several ranks a block each.
     */
     void writeGrid( std::int64_t step, double time,
                     const std::vector<double>& lower,
@@ -94,7 +101,7 @@ class OutputDirectory
 
       \param[in] step, time Attributes of the file.
       \param[in] datasets `position`, `density`, `velocity`, `pressure` and
-      `specific_internal_energy`, each `[n]`.
+      `specific_internal_energy`, each `[n]`, the same on all ranks.
     */
     void writeExact( std::int64_t step, double time,
                      const std::vector<Dataset>& datasets );
@@ -104,7 +111,7 @@ class OutputDirectory
 
       \param[in] name `series/<name>.csv`.
       \param[in] columns The header.
-      \param[in] rows `[rows][columns]`, written with every digit.
+      \param[in] rows `[rows][columns]`, written with every digit; the root's.
     */
     void writeSeries( const std::string& name,
                       const std::vector<std::string>& columns,
@@ -123,6 +130,9 @@ class OutputDirectory
     void checkpoint( Archive& archive );
 
   private:
+    // A file below the directory, written by the root.
+    void writeText( const std::filesystem::path& name,
+                    const std::string& text ) const;
     // One HDF5 file, with `time` and `step` put before the other attributes.
     void writeStep( const std::string& kind, std::int64_t step, double time,
                     std::vector<Dataset> attributes,
@@ -131,12 +141,15 @@ class OutputDirectory
     using Entries = std::map<std::int64_t, std::string>;
 
     void writeXdmf( const std::string& kind, const Entries& entries ) const;
-    // Makes files and entries agree.
+    void checkpointEntries( Archive& archive, const std::string& kind,
+                            Entries& entries ) const;
+    // Makes files and entries agree; on the root.
     void takeUp( const std::string& kind, Entries& entries ) const;
 
     Communicator _ranks;
     std::filesystem::path _directory;
     int _dimension;
+    int _compression;
     Entries _particle_entries; // XDMF of the outputs so far, by step
     Entries _grid_entries;
 };

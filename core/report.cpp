@@ -1,3 +1,4 @@
+#include <core/communicator.hpp>
 #include <core/profile.hpp>
 #include <core/report.hpp>
 #include <core/revision.hpp>
@@ -28,12 +29,35 @@ Real exactEnergy( const Json& input, const GasState& state )
            ( ( gamma - 1 ) * state.density );
 }
 
-std::vector<FieldError> measureErrors( const ParticleData& data,
+namespace
+{
+
+//! The particles of all ranks, on each of them.
+ParticleData gatherAll( const Communicator& ranks, const ParticleData& own )
+{
+    return { .position = ranks.gatherAll( own.position ),
+             .velocity = ranks.gatherAll( own.velocity ),
+             .mass = ranks.gatherAll( own.mass ),
+             .volume = ranks.gatherAll( own.volume ),
+             .density = ranks.gatherAll( own.density ),
+             .pressure = ranks.gatherAll( own.pressure ),
+             .specific_internal_energy =
+                 ranks.gatherAll( own.specific_internal_energy ),
+             .id = ranks.gatherAll( own.id ) };
+}
+
+} // namespace
+
+std::vector<FieldError> measureErrors( const ParticleData& own,
                                        const ExactSolution& exact,
                                        const Json& input, const Real t )
 {
-    const std::size_t n = data.mass.size();
+    const Communicator ranks;
     const std::size_t dim = input.at( "dimension" ).get<std::size_t>();
+    // On a line a particle's share ends at its neighbours, whose rank may be
+    // another.
+    const auto data = dim == 1 ? gatherAll( ranks, own ) : own;
+    const std::size_t n = data.mass.size();
     std::vector<Real> measure = data.volume;
     if ( dim == 1 && n > 0 )
     {
@@ -86,7 +110,15 @@ std::vector<FieldError> measureErrors( const ParticleData& data,
         }
     }
     for ( auto& error : errors )
+    {
+        if ( dim > 1 )
+        {
+            error.L1 = ranks.sum( error.L1 );
+            error.L2 = ranks.sum( error.L2 );
+            error.Linf = ranks.max( error.Linf );
+        }
         error.L2 = std::sqrt( error.L2 );
+    }
     return errors;
 }
 
@@ -144,10 +176,11 @@ std::string orDash( const Json& value )
 Json makeSummary( const Simulation& simulation, const Json& input,
                   const RunFacts& facts )
 {
+    const Communicator ranks;
     Json json;
     json["scene"] = input.at( "scene" );
     json["backend"] = ExecutionSpace::name();
-    json["ranks"] = 1;
+    json["ranks"] = ranks.size();
     json["threads"] = ExecutionSpace().concurrency();
     json["dimension"] = simulation.dimension();
     json["method"] = input.at( "method" ).at( "name" );
@@ -163,7 +196,7 @@ Json makeSummary( const Simulation& simulation, const Json& input,
             ? static_cast<Real>( facts.particle_updates ) / facts.wall_seconds
             : 0;
     json["bytes_per_particle"] = simulation.bytesPerParticle();
-    json["peak_memory_bytes"] = peakMemory();
+    json["peak_memory_bytes"] = ranks.sum( peakMemory() );
     json["errors"] = Json::object();
     for ( const auto& e : facts.errors )
         json["errors"][e.field] = {
@@ -200,12 +233,14 @@ std::string formatSummary( const Json& s )
         return fmt::format( "{:>10.3f} s {:>5.1f} %", seconds,
                             wall > 0 ? 100 * seconds / wall : 0.0 );
     };
+    const int ranks = s.at( "ranks" );
     std::string text = fmt::format(
-        "\n{} | {} {} {}D | {} x{} | {} steps to t = {:.6g} in {:.3f} s | "
+        "\n{} | {} {} {}D | {} x{}{} | {} steps to t = {:.6g} in {:.3f} s | "
         "{:.3g} M particle updates/s\n",
         s.at( "scene" ).get<std::string>(), s.at( "method" ).get<std::string>(),
         s.at( "basis" ).get<std::string>(), s.at( "dimension" ).get<int>(),
         s.at( "backend" ).get<std::string>(), s.at( "threads" ).get<int>(),
+        ranks > 1 ? fmt::format( " on {} ranks", ranks ) : "",
         s.at( "steps" ).get<std::int64_t>(), s.at( "final_time" ).get<Real>(),
         wall, s.at( "particle_updates_per_second" ).get<Real>() / 1e6 );
     text += "\n  phase\n";

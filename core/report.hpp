@@ -27,17 +27,18 @@ struct FieldError
 Real exactEnergy( const Json& input, const GasState& state );
 
 /*!
-  \brief Errors of particles against the exact solution.
+  \brief Errors of the particles of all ranks against the exact solution.
 
   1D: trapezoid of sorted positions, the ends of the domain included; 2D and
-  3D: particle volumes.
+  3D: particle volumes. Collective.
+  \param own this rank's particles
   \param input resolved \param t time of the data
 */
-std::vector<FieldError> measureErrors( const ParticleData& data,
+std::vector<FieldError> measureErrors( const ParticleData& own,
                                        const ExactSolution& exact,
                                        const Json& input, Real t );
 
-//! What the driver alone knows of a run.
+//! What the driver alone knows of a run, over all ranks.
 struct RunFacts
 {
     Totals initial;
@@ -48,6 +49,7 @@ struct RunFacts
 };
 
 //! The content of summary.json; its keys are a contract (add, never rename).
+//! Collective; of effects and phases each rank tells its own.
 Json makeSummary( const Simulation& simulation, const Json& input,
                   const RunFacts& facts );
 

@@ -188,6 +188,8 @@ GridData sampleGrid( const State<Dim>& state )
         data.spacing.push_back( layout.spacing[d] );
         total *= layout.owned[d];
     }
+    data.global_shape = data.shape;
+    data.start.assign( Dim, 0 );
     for ( auto* list :
           { &data.density, &data.pressure, &data.specific_internal_energy } )
         list->assign( total, 0 );

@@ -42,7 +42,7 @@ struct Extrema
     Real max_mach = 0;
 };
 
-//! Particle data on the host, for output and errors. Row-major.
+//! This rank's particles on the host, for output and errors. Row-major.
 struct ParticleData
 {
     std::vector<Real> position, velocity; //!< [n][Dim]
@@ -51,11 +51,14 @@ struct ParticleData
     std::vector<std::int64_t> id; //!< [n]
 };
 
-//! Node data on the host, for output. Row-major, x last.
+//! This rank's block of the nodes on the host, for output. Row-major, x last.
 struct GridData
 {
-    std::vector<std::size_t> shape;   //!< [nz][ny][nx]
-    std::vector<Real> lower, spacing; //!< [Dim], x first
+    std::vector<std::size_t> shape; //!< [nz][ny][nx]
+    //! Shape of all nodes, and where the block starts in it, [nz][ny][nx]; on
+    //! one rank the block's shape, and zeros.
+    std::vector<std::size_t> global_shape, start;
+    std::vector<Real> lower, spacing; //!< of all nodes, [Dim], x first
     std::vector<Real> density, pressure, specific_internal_energy;
     std::vector<Real> velocity; //!< [nz][ny][nx][Dim]
 };

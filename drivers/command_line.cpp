@@ -5,6 +5,7 @@
 
 #include <boundary/shape.hpp>
 #include <core/basis.hpp>
+#include <core/communicator.hpp>
 #include <core/exact.hpp>
 #include <core/method_apic.hpp>
 #include <core/method_conservative.hpp>
@@ -16,6 +17,8 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+
+#include <sstream>
 
 namespace Machpoint
 {
@@ -103,13 +106,38 @@ void describeByName( const std::string& name )
         near.empty() ? "" : "; did you mean \"" + near + "\"?" ) } );
 }
 
-int execute( const CLI::App& app, const std::string& file,
-             const std::vector<std::string>& overrides,
+//! The root's input on every rank; a file that only its node has will do.
+Json loadShared( const Communicator& ranks, const std::string& file,
+                 const std::vector<std::string>& overrides )
+{
+    if ( ranks.size() == 1 )
+        return loadInput( file, overrides );
+    Json answer;
+    if ( ranks.isRoot() )
+        try
+        {
+            answer["input"] = loadInput( file, overrides );
+        }
+        catch ( const InputError& error )
+        {
+            answer["errors"] = error.messages();
+        }
+    // A path may hold bytes that are no text.
+    const auto text =
+        answer.dump( -1, ' ', false, Json::error_handler_t::replace );
+    answer = Json::parse( ranks.fromRoot( text ) );
+    if ( answer.contains( "errors" ) )
+        throw InputError( answer.at( "errors" ) );
+    return answer.at( "input" );
+}
+
+int execute( const Communicator& ranks, const CLI::App& app,
+             const std::string& file, const std::vector<std::string>& overrides,
              const RunOptions& options )
 {
     if ( app.got_subcommand( "run" ) )
     {
-        const Json input = loadInput( file, overrides );
+        const Json input = loadShared( ranks, file, overrides );
         try
         {
             return run( input, options );
@@ -123,6 +151,8 @@ int execute( const CLI::App& app, const std::string& file,
             throw InputError( messages );
         }
     }
+    if ( !ranks.isRoot() )
+        return finished; // the root answers
     if ( app.got_subcommand( "check" ) )
     {
         static_cast<void>( loadInput( file, overrides ) );
@@ -137,10 +167,38 @@ int execute( const CLI::App& app, const std::string& file,
     return finished;
 }
 
+//! Ends a rank upon a failure that the others may not have met: they would wait
+//! for it for ever.
+int endAlone( const Communicator& ranks, const ExitCode code )
+{
+    if ( ranks.size() > 1 )
+        ranks.abort( code );
+    return code;
+}
+
+int failAlone( const Communicator& ranks, const std::string& message,
+               const ExitCode code )
+{
+    const auto place =
+        ranks.size() > 1 ? fmt::format( "rank {}: ", ranks.rank() ) : "";
+    fmt::print( stderr, "machpoint: {}{}\n", place, message );
+    return endAlone( ranks, code );
+}
+
+//! The same upon a failure that all ranks have met.
+int failTogether( const Communicator& ranks, const std::string& message,
+                  const ExitCode code )
+{
+    if ( ranks.isRoot() )
+        fmt::print( stderr, "{}\n", message );
+    return code;
+}
+
 } // namespace
 
 int runCommandLine( int argc, char** argv )
 {
+    const Communicator ranks;
     CLI::App app( "Material Point Method for compressible gas flow",
                   "machpoint" );
     app.set_version_flag( "--version", revision );
@@ -186,7 +244,11 @@ int runCommandLine( int argc, char** argv )
     }
     catch ( const CLI::ParseError& error )
     {
-        return app.exit( error ) == 0 ? finished : wrong_input;
+        // All ranks were given the same words.
+        std::ostringstream nowhere;
+        const int code = ranks.isRoot() ? app.exit( error )
+                                        : app.exit( error, nowhere, nowhere );
+        return code == 0 ? finished : wrong_input;
     }
 
     try
@@ -194,42 +256,45 @@ int runCommandLine( int argc, char** argv )
         // Kokkos' own flags are not ours; its environment variables work.
         const Kokkos::ScopeGuard guard{
             Kokkos::InitializationSettings().set_disable_warnings( true ) };
-        const int code = execute( app, file, overrides, options );
+        const int code = execute( ranks, app, file, overrides, options );
         if ( std::fflush( stdout ) != 0 )
             return io_failure;
         return code;
     }
     catch ( const InputError& error )
     {
-        for ( const auto& message : error.messages() )
-            fmt::print( stderr, "{}\n", message );
-        return wrong_input;
-    }
-    catch ( const IoError& error )
-    {
-        fmt::print( stderr, "machpoint: {}\n", error.what() );
-        return io_failure;
+        return failTogether( ranks, error.what(), wrong_input );
     }
     catch ( const NumericalFailure& failure )
     {
-        fmt::print( stderr, "machpoint: {}\n", failure.what() );
-        return numerical_failure;
+        return failTogether( ranks,
+                             fmt::format( "machpoint: {}", failure.what() ),
+                             numerical_failure );
+    }
+    catch ( const IoError& error )
+    {
+        if ( error.isOnAllRanks() )
+            return failTogether( ranks,
+                                 fmt::format( "machpoint: {}", error.what() ),
+                                 io_failure );
+        return failAlone( ranks, error.what(), io_failure );
     }
     catch ( const std::system_error& )
     {
         // A closed pipe or a full disk behind stdout or stderr.
-        return io_failure;
+        return endAlone( ranks, io_failure );
     }
     catch ( const std::bad_alloc& )
     {
-        fmt::print( stderr, "machpoint: out of memory; take fewer cells or "
-                            "particles per cell\n" );
-        return wrong_input;
+        return failAlone(
+            ranks, "out of memory; take fewer cells or particles per cell",
+            wrong_input );
     }
     catch ( const std::exception& error )
     {
-        fmt::print( stderr, "machpoint: unexpected error: {}\n", error.what() );
-        return numerical_failure;
+        return failAlone( ranks,
+                          fmt::format( "unexpected error: {}", error.what() ),
+                          numerical_failure );
     }
 }
 

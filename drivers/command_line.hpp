@@ -12,7 +12,8 @@ namespace Machpoint
 /*!
   \brief Runs `machpoint` with these arguments.
 
-  Initialises and finalises Kokkos. Register modules before.
+  Initialises and finalises Kokkos. Register modules before, and on several
+  ranks start MPI with an MpiSession. All ranks call it; the root prints.
   \return the exit code: see ExitCode in drivers/run.hpp
 */
 int runCommandLine( int argc, char** argv );

@@ -93,6 +93,12 @@ Parameters inputParameters( const int dimension )
         .optional();
     output.boolean( "particles", "write particles" ).defaultsTo( true );
     output.boolean( "grid", "write node fields" ).defaultsTo( true );
+    output
+        .integer( "compression", "effort of compressing what is written "
+                                 "(shuffle and deflate); 0: none" )
+        .atLeast( 0 )
+        .atMost( 9 )
+        .defaultsTo( 0 );
 
     Parameters checkpoint( "checkpoint",
                            "when the state is kept to restart from; never, "

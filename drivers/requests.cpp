@@ -69,22 +69,21 @@ Request Requests::next( const Simulation& simulation )
     const auto request = static_cast<Request>( static_cast<int>(
         _ranks.max( static_cast<double>( own( simulation ) ) ) ) );
     _time = simulation.time();
+    if ( request == Request::stop )
+    {
+        const int signal = static_cast<int>( _ranks.max( stop_signal ) );
+        _reason =
+            signal ? fmt::format( "signal {}", signal ) : _stop_file.string();
+    }
     return request;
 }
 
 Request Requests::own( const Simulation& simulation )
 {
-    if ( const int signal = stop_signal )
-    {
-        _reason = fmt::format( "signal {}", signal );
-        return Request::stop;
-    }
     std::error_code error;
-    if ( _ranks.isRoot() && std::filesystem::exists( _stop_file, error ) )
-    {
-        _reason = _stop_file.string();
+    if ( stop_signal ||
+         ( _ranks.isRoot() && std::filesystem::exists( _stop_file, error ) ) )
         return Request::stop;
-    }
     const bool is_due =
         ( _every_steps && simulation.steps() % *_every_steps == 0 ) ||
         ( _every_time && std::floor( simulation.time() / *_every_time ) >
@@ -102,7 +101,8 @@ void Requests::checkpointed()
 void Requests::finish() const
 {
     std::error_code error;
-    std::filesystem::remove( _stop_file, error );
+    if ( _ranks.isRoot() )
+        std::filesystem::remove( _stop_file, error );
 }
 
 } // namespace Machpoint

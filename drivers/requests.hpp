@@ -49,7 +49,7 @@ class Requests
     void checkpointed();
     //! What asked for the end, for a message.
     const std::string& reason() const { return _reason; }
-    //! Removes the stop file: it has had its effect. One rank.
+    //! Removes the stop file: it has had its effect.
     void finish() const;
 
   private:

@@ -96,13 +96,23 @@ std::vector<Dataset> particleDatasets( const ParticleData& data, const int dim )
 
 std::vector<Dataset> gridDatasets( const GridData& data, const int dim )
 {
-    auto vector_shape = data.shape;
-    vector_shape.push_back( dim );
-    return { { "density", data.shape, data.density.data() },
-             { "pressure", data.shape, data.pressure.data() },
-             { "specific_internal_energy", data.shape,
-               data.specific_internal_energy.data() },
-             { "velocity", vector_shape, data.velocity.data() } };
+    auto scalar = [&]( const char* name, const std::vector<Real>& values )
+    {
+        return Dataset{ name,
+                        data.shape,
+                        values.data(),
+                        datasetType<Real>(),
+                        data.global_shape,
+                        data.start };
+    };
+    auto velocity = scalar( "velocity", data.velocity );
+    velocity.shape.push_back( dim );
+    velocity.global_shape.push_back( dim );
+    velocity.start.push_back( 0 );
+    return {
+        scalar( "density", data.density ), scalar( "pressure", data.pressure ),
+        scalar( "specific_internal_energy", data.specific_internal_energy ),
+        velocity };
 }
 
 //! The exact solution of a 1D scene on a fine lattice, for pictures.
@@ -237,7 +247,8 @@ ExitCode run( const Json& input, const RunOptions& options )
     const auto former = formerRun( restart, folder, options.overwrite );
     OutputDirectory directory( folder, former, dim,
                                writes_particles || writes_grid ||
-                                   requests.isScheduled() );
+                                   requests.isScheduled(),
+                               output.at( "compression" ) );
 
     RunFacts facts;
     facts.initial = simulation->totals();
@@ -275,8 +286,10 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( restart )
     {
         resume( *restart, checkpoint );
-        if ( ranks.isRoot() )
-            removeCheckpointsAfter( checkpoints, simulation->steps() );
+        onRoot( ranks,
+                [&] {
+                    removeCheckpointsAfter( checkpoints, simulation->steps() );
+                } );
         if ( former != FormerRun::go_on )
             written = -1;
         if ( !options.quiet && ranks.isRoot() )
@@ -290,8 +303,8 @@ ExitCode run( const Json& input, const RunOptions& options )
     }
     const Real seconds_before = facts.wall_seconds;
     ExitCode code = finished;
-    Progress progress( options.quiet, simulation->time(), end,
-                       facts.particle_updates );
+    Progress progress( options.quiet || !ranks.isRoot(), simulation->time(),
+                       end, facts.particle_updates );
     std::int64_t kept = -1; // step of the last checkpoint
     auto keep = [&]
     {
@@ -301,9 +314,11 @@ ExitCode run( const Json& input, const RunOptions& options )
         Archive archive;
         checkpoint( archive );
         writeCheckpoint( ranks, checkpoints, input, archive );
-        if ( ranks.isRoot() )
-            keepCheckpoints( checkpoints,
-                             input.at( "checkpoint" ).at( "keep" ) );
+        onRoot( ranks,
+                [&] {
+                    keepCheckpoints( checkpoints,
+                                     input.at( "checkpoint" ).at( "keep" ) );
+                } );
         kept = simulation->steps();
         requests.checkpointed();
     };
@@ -340,7 +355,7 @@ ExitCode run( const Json& input, const RunOptions& options )
              ( simulation->time() < end && requests.isScheduled() &&
                kept != simulation->steps() ) )
             keep();
-        if ( code == stopped_early && ranks.isRoot() )
+        if ( code == stopped_early )
             requests.finish();
     }
     catch ( const NumericalFailure& failure )
@@ -353,10 +368,12 @@ ExitCode run( const Json& input, const RunOptions& options )
             write();
             written = simulation->steps();
         }
-        fmt::print( stderr,
-                    "\nmachpoint: {}\nThe last good state, that of step {}, is "
-                    "in {}\n",
-                    failure.what(), written, directory.path().string() );
+        if ( ranks.isRoot() )
+            fmt::print(
+                stderr,
+                "\nmachpoint: {}\nThe last good state, that of step {}, is "
+                "in {}\n",
+                failure.what(), written, directory.path().string() );
         code = numerical_failure;
     }
     progress.show( *simulation, true );
@@ -369,6 +386,8 @@ ExitCode run( const Json& input, const RunOptions& options )
                                       simulation->time() );
     const Json summary = makeSummary( *simulation, input, facts );
     directory.writeSummary( summary.dump( 2 ) + "\n" );
+    if ( !ranks.isRoot() )
+        return code;
     if ( !options.quiet )
         fmt::print( "{}", formatSummary( summary ) );
     fmt::print( "output: {}\n", directory.path().string() );

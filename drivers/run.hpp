@@ -35,10 +35,10 @@ struct RunOptions
 };
 
 /*!
-  \brief Runs a resolved input to its end.
-  \return finished, also when max_steps ended it; stopped_early, with a
-  checkpoint, after SIGINT, SIGTERM or the stop file; numerical_failure when the
-  gas broke down
+  \brief Runs a resolved input to its end, on all ranks together.
+  \return on all ranks: finished, also when max_steps ended it; stopped_early,
+  with a checkpoint, after SIGINT, SIGTERM or the stop file; numerical_failure
+  when the gas broke down
   \throws InputError, IoError
 */
 ExitCode run( const Json& input, const RunOptions& options );
