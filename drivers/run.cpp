@@ -4,6 +4,7 @@
 
 #include <core/checkpoint.hpp>
 #include <core/exact.hpp>
+#include <core/hdf5_file.hpp>
 #include <core/output.hpp>
 #include <core/profile.hpp>
 #include <core/report.hpp>
@@ -178,12 +179,26 @@ Checkpoint findCheckpoint( const Communicator& ranks, const std::string& name,
     return checkpoint;
 }
 
+//! Can checkpoints be written?
+bool hasHdf5( const Communicator& ranks )
+{
+    try
+    {
+        requireHdf5( ranks );
+        return true;
+    }
+    catch ( const IoError& )
+    {
+        return false;
+    }
+}
+
 //! What to do with results that are in the output directory.
 FormerRun formerRun( const std::optional<Checkpoint>& restart,
                      const fs::path& directory, const bool overwrite )
 {
     std::error_code error;
-    if ( restart && fs::equivalent( restart->file.parent_path(),
+    if ( restart && fs::equivalent( fs::absolute( restart->file ).parent_path(),
                                     directory / "checkpoints", error ) )
         return FormerRun::go_on;
     return overwrite ? FormerRun::replace : FormerRun::refuse;
@@ -306,6 +321,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     Progress progress( options.quiet || !ranks.isRoot(), simulation->time(),
                        end, facts.particle_updates );
     std::int64_t kept = -1; // step of the last checkpoint
+    const bool can_keep = hasHdf5( ranks );
     auto keep = [&]
     {
         Profile::Phase phase( "checkpoint" );
@@ -351,7 +367,7 @@ ExitCode run( const Json& input, const RunOptions& options )
             }
         }
         // What is written below is no output of an uninterrupted run.
-        if ( code == stopped_early ||
+        if ( ( code == stopped_early && can_keep ) ||
              ( simulation->time() < end && requests.isScheduled() &&
                kept != simulation->steps() ) )
             keep();
@@ -392,10 +408,12 @@ ExitCode run( const Json& input, const RunOptions& options )
         fmt::print( "{}", formatSummary( summary ) );
     fmt::print( "output: {}\n", directory.path().string() );
     if ( code == stopped_early )
-        fmt::print( stderr,
-                    "machpoint: stopped by {} after step {}; to go on, repeat "
-                    "the command with --restart latest\n",
-                    requests.reason(), simulation->steps() );
+        fmt::print( stderr, "machpoint: stopped by {} after step {}; {}\n",
+                    requests.reason(), simulation->steps(),
+                    can_keep ? "to go on, repeat the command with --restart "
+                               "latest"
+                             : "there is no checkpoint, because this build "
+                               "lacks HDF5" );
     return code;
 }
 
