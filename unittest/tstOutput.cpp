@@ -260,6 +260,27 @@ TEST_F( Output, GridComesBackWithItsGeometry )
                std::vector<std::int64_t>{ 7 } );
 }
 
+TEST_F( Output, CompressionKeepsValuesAndSavesRoom )
+{
+    const std::size_t n = 100000;
+    const auto position = ramp( 2 * n );
+    const auto raw = 2 * n * sizeof( double );
+    std::vector<std::size_t> sizes;
+    for ( const int compression : { 0, 1, 9 } )
+    {
+        OutputDirectory output( _scratch, FormerRun::replace, 2, true,
+                                compression );
+        output.writeParticles( 0, 0.0,
+                               { { "position", { n, 2 }, position.data() } } );
+        const auto file = _scratch / "particles" / "00000000.h5";
+        EXPECT_EQ( readDataset<double>( file, "position" ).values, position );
+        sizes.push_back( fs::file_size( file ) );
+    }
+    EXPECT_LT( sizes[0], raw + 4096 ); // nothing beside the data but headers
+    EXPECT_LT( sizes[1], raw / 2 );    // numbers in order compress well
+    EXPECT_LE( sizes[2], sizes[1] );
+}
+
 TEST_F( Output, ARunWithoutParticlesIsWritten )
 {
     OutputDirectory output( _scratch, FormerRun::refuse, 2 );

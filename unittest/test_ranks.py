@@ -1,0 +1,112 @@
+"""What machpoint answers when mpirun starts it on several ranks.
+
+The executable comes from MACHPOINT_EXECUTABLE, the launcher from
+MACHPOINT_MPIEXEC.
+"""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
+LAUNCHER = [os.environ["MACHPOINT_MPIEXEC"], "-n", "2"]
+SOD = pathlib.Path(__file__).resolve().parent.parent / "input" / "sod.json"
+
+FINISHED, _, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
+
+# Open MPI's ways to share cores and to run as root; others ask for neither.
+ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1",
+                   OMPI_MCA_rmaps_base_oversubscribe="1",
+                   OMPI_ALLOW_RUN_AS_ROOT="1",
+                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+
+
+def is_rank(process, number):
+    """Is this process of the executable the given rank?"""
+    try:
+        return (os.readlink(f"/proc/{process}/exe") == EXECUTABLE
+                and f"OMPI_COMM_WORLD_RANK={number}\0".encode()
+                in pathlib.Path(f"/proc/{process}/environ").read_bytes())
+    except OSError:
+        return False
+
+
+def children(process):
+    """The processes that a process has started."""
+    path = pathlib.Path(f"/proc/{process}/task/{process}/children")
+    return [int(child) for child in path.read_text().split()]
+
+
+class RanksTest(unittest.TestCase):
+
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.output = pathlib.Path(scratch.name) / "out"
+
+    def start(self, *arguments):
+        process = subprocess.Popen(
+            [*LAUNCHER, EXECUTABLE, *map(str, arguments)],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+
+        def finish():
+            process.kill()
+            process.communicate()
+
+        self.addCleanup(finish)
+        return process
+
+    def assertAnswer(self, process, code, message):
+        """It ends with the code, and one rank says the message."""
+        stdout, stderr = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, code, stdout + stderr)
+        self.assertEqual((stdout + stderr).count(message), 1, stdout + stderr)
+
+    def test_the_root_speaks(self):
+        run = ["run", SOD, "--max-steps", 2, "--output", self.output]
+        self.assertAnswer(self.start(*run), FINISHED, "output: ")
+        summary = json.loads((self.output / "summary.json").read_text())
+        self.assertEqual(summary["ranks"], 2)
+        self.assertEqual(list(self.output.rglob("*.tmp")), [])
+        for kind in ["particles", "grid"]:
+            self.assertEqual(len(list((self.output / kind).glob("*.h5"))), 2)
+
+        self.assertAnswer(self.start(*run), IO_FAILURE, "holds another run")
+
+    def test_wrong_input(self):
+        for arguments, message in [
+                (["run", self.output], "cannot be read"),
+                (["run", SOD, "--set", "method.basi=1"], "did you mean"),
+                (["check", self.output], "cannot be read"),
+                (["describe", "slip_wal"], "did you mean"),
+                (["nonsense"], "A subcommand is required")]:
+            with self.subTest(arguments=arguments):
+                self.assertAnswer(self.start(*arguments), WRONG_INPUT, message)
+
+    def test_a_signal_to_one_rank_stops_all(self):
+        process = self.start("run", SOD, "--output", self.output,
+                             "--set", "grid.cells=[20000]",
+                             "--set", "output.every=1e-6")
+        deadline = time.monotonic() + 60
+        while len(list(self.output.glob("particles/*.h5"))) < 2:
+            self.assertIsNone(process.poll(), "the run has ended by itself")
+            self.assertLess(time.monotonic(), deadline, "no output")
+            time.sleep(0.02)
+        rank = [child for child in children(process.pid) if is_rank(child, 1)]
+        if not rank:
+            self.skipTest("this launcher hides where its ranks are")
+        os.kill(rank[0], signal.SIGTERM)
+        self.assertAnswer(process, STOPPED_EARLY, "stopped by signal 15")
+        summary = json.loads((self.output / "summary.json").read_text())
+        last = max((self.output / "particles").glob("*.h5"))
+        self.assertEqual(int(last.stem), summary["steps"])
+
+
+if __name__ == "__main__":
+    unittest.main()
