@@ -52,6 +52,10 @@ class Inflow : public SideBoundary<Dim>
         return { { this->_part.side, SideKind::open } };
     }
     bool isOpen() const override { return true; }
+    void checkpoint( Archive& archive ) override
+    {
+        archive( "advanced", _advanced );
+    }
 
     void initialize( State<Dim>& state ) override
     {
@@ -143,6 +147,8 @@ class Inflow : public SideBoundary<Dim>
         const auto V = state.particles.template slice<Volume>();
         const auto e = state.particles.template slice<SpecificInternalEnergy>();
         const auto id = state.particles.template slice<Id>();
+        const auto pressure = state.particles.template slice<Pressure>();
+        const auto sound_speed = state.particles.template slice<SoundSpeed>();
         const auto stream = _stream;
         const Real mass =
             stream.density * state.grid.cellVolume() / state.per_cell;
@@ -155,6 +161,8 @@ class Inflow : public SideBoundary<Dim>
                 for ( int d = 0; d < Dim; ++d )
                     x( p, d ) = y[d];
                 m( p ) = mass;
+                pressure( p ) = 0; // until the next step finds them
+                sound_speed( p ) = 0;
                 id( p ) = pattern.id( k );
                 stream.impose( p, v, L, m, V, e );
             } );

@@ -250,6 +250,10 @@ class Obstacle : public Module<Dim>
 
     bool exertsForce() const override { return true; }
     const Series* series() const override { return &_series; }
+    void checkpoint( Archive& archive ) override
+    {
+        _series.checkpoint( archive );
+    }
 
     //! What the images gained, the gas has given to the solid.
     void sumImpulses( const State<Dim>& state )

@@ -7,6 +7,7 @@
 #ifndef MACHPOINT_MODULE_HPP
 #define MACHPOINT_MODULE_HPP
 
+#include <core/archive.hpp>
 #include <core/halo.hpp>
 #include <core/images.hpp>
 #include <core/parameters.hpp>
@@ -92,6 +93,20 @@ struct Series
     std::string name;                    //!< file name without suffix
     std::vector<std::string> columns;    //!< first is time
     std::vector<std::vector<Real>> rows; //!< [steps][columns]
+
+    //! Writes the rows, or reads them.
+    void checkpoint( Archive& archive )
+    {
+        std::vector<Real> values;
+        for ( const auto& row : rows )
+            values.insert( values.end(), row.begin(), row.end() );
+        archive.table( "series", values, columns.size() );
+        rows.clear();
+        for ( auto row = values.begin(); row != values.end();
+              row += static_cast<std::ptrdiff_t>( columns.size() ) )
+            rows.emplace_back(
+                row, row + static_cast<std::ptrdiff_t>( columns.size() ) );
+    }
 };
 
 /*!
@@ -148,6 +163,9 @@ class Module
     virtual bool isOpen() const { return false; }
     //! Does it act on the gas from outside, so that momentum changes?
     virtual bool exertsForce() const { return false; }
+    //! Names all that this module carries from step to step and that its
+    //! parameters do not tell, to write it or to read it back.
+    virtual void checkpoint( Archive& ) {}
     //! The step is repeated from its start: forget what it contributed.
     virtual void rejectStep( State<Dim>& ) {}
     //! Time series to be written with the output.

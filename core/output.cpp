@@ -4,9 +4,12 @@
 */
 #include <core/output.hpp>
 
+#include <core/parameters.hpp>
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <system_error>
 
 namespace fs = std::filesystem;
@@ -21,12 +24,14 @@ namespace
 //---------------------------------------------------------------------------//
 
 // Root files of a run and of tools/plot.py.
-constexpr const char* root_files[] = {
-    "summary.json",      "particles.xdmf", "grid.xdmf",
-    "profiles.png",      "schlieren.png",  "slices.png",
-    "contact_sheet.png", "movie.mp4",      "movie.gif" };
+constexpr const char* root_files[] = { "summary.json",      "particles.xdmf",
+                                       "grid.xdmf",         "profiles.png",
+                                       "schlieren.png",     "slices.png",
+                                       "contact_sheet.png", "movie.mp4",
+                                       "movie.gif",         "stop" };
 
-constexpr const char* step_folders[] = { "particles", "grid", "exact" };
+constexpr const char* step_folders[] = { "particles", "grid", "exact",
+                                         "checkpoints" };
 constexpr const char* series_folder = "series";
 
 bool isStepFile( const fs::path& file )
@@ -43,7 +48,8 @@ bool isSeriesFile( const fs::path& file )
 }
 
 // The folder itself goes only when nothing else is left in it.
-void clearFolder( const fs::path& folder, bool ( *is_ours )( const fs::path& ) )
+void clearFolder( const fs::path& folder,
+                  const std::function<bool( const fs::path& )>& is_ours )
 {
     std::error_code error;
     if ( !fs::is_directory( folder, error ) )
@@ -75,10 +81,11 @@ void removeFormerRun( const fs::path& directory )
 }
 
 //! Makes the directory or takes an existing one, on the root.
-void takeDirectory( const fs::path& directory, const bool overwrite )
+void takeDirectory( const fs::path& directory, const FormerRun former )
 {
-    if ( !overwrite )
-        for ( const auto* name : { "summary.json", "particles", "grid" } )
+    if ( former == FormerRun::refuse )
+        for ( const auto* name :
+              { "summary.json", "particles", "grid", "checkpoints" } )
         {
             std::error_code error; // of a path that is none: reported below
             if ( fs::exists( directory / name, error ) )
@@ -92,7 +99,7 @@ void takeDirectory( const fs::path& directory, const bool overwrite )
     const auto probe = directory / "machpoint_probe";
     writeFile( probe, "probe", 5 );
     removeFile( probe );
-    if ( overwrite )
+    if ( former == FormerRun::replace )
         removeFormerRun( directory );
 }
 
@@ -128,8 +135,11 @@ std::string xdmfAttribute( const std::string& file, const Dataset& dataset,
 }
 
 std::string xdmfCollection( const std::string& name,
-                            const std::string& entries )
+                            const std::map<std::int64_t, std::string>& entries )
 {
+    std::string text;
+    for ( const auto& [step, entry] : entries )
+        text += entry;
     return fmt::format( R"(<?xml version="1.0"?>
 <Xdmf Version="3.0">
   <Domain>
@@ -138,7 +148,7 @@ std::string xdmfCollection( const std::string& name,
   </Domain>
 </Xdmf>
 )",
-                        name, entries );
+                        name, text );
 }
 
 std::string xdmfEntry( const std::string& name, double time,
@@ -176,8 +186,9 @@ void require( bool condition, const std::string& what )
 
 //---------------------------------------------------------------------------//
 
-OutputDirectory::OutputDirectory( const fs::path& directory, bool overwrite,
-                                  int dimension, const bool needs_fields,
+OutputDirectory::OutputDirectory( const fs::path& directory,
+                                  const FormerRun former, int dimension,
+                                  const bool needs_fields,
                                   const int compression )
     : _directory( directory ), _dimension( dimension ),
       _compression( compression )
@@ -185,7 +196,7 @@ OutputDirectory::OutputDirectory( const fs::path& directory, bool overwrite,
     if ( needs_fields )
         requireHdf5( _ranks );
     require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
-    onRoot( _ranks, [&] { takeDirectory( directory, overwrite ); } );
+    onRoot( _ranks, [&] { takeDirectory( directory, former ); } );
 }
 
 void OutputDirectory::writeText( const fs::path& name,
@@ -265,9 +276,8 @@ void OutputDirectory::writeParticles( std::int64_t step, double time,
                                              : std::vector{ particles },
                                    is_vector );
     }
-    _particle_entries += xdmfEntry( "particles", time, body );
-    writeText( "particles.xdmf",
-               xdmfCollection( "particles", _particle_entries ) );
+    _particle_entries[step] = xdmfEntry( "particles", time, body );
+    writeXdmf( "particles", _particle_entries );
 }
 
 void OutputDirectory::writeGrid( std::int64_t step, double time,
@@ -313,8 +323,8 @@ void OutputDirectory::writeGrid( std::int64_t step, double time,
         body += xdmfAttribute(
             file, dataset, is_vector ? vector_extents : extents, is_vector );
     }
-    _grid_entries += xdmfEntry( "grid", time, body );
-    writeText( "grid.xdmf", xdmfCollection( "grid", _grid_entries ) );
+    _grid_entries[step] = xdmfEntry( "grid", time, body );
+    writeXdmf( "grid", _grid_entries );
 }
 
 void OutputDirectory::writeExact( std::int64_t step, double time,
@@ -349,6 +359,58 @@ void OutputDirectory::writeSeries(
 void OutputDirectory::writeSummary( const std::string& json_text )
 {
     writeText( "summary.json", json_text );
+}
+
+void OutputDirectory::checkpoint( Archive& archive )
+{
+    checkpointEntries( archive, "particles", _particle_entries );
+    checkpointEntries( archive, "grid", _grid_entries );
+    if ( archive.isReading() )
+        onRoot( _ranks, [&] { removeFile( _directory / "summary.json" ); } );
+}
+
+void OutputDirectory::checkpointEntries( Archive& archive,
+                                         const std::string& kind,
+                                         Entries& entries ) const
+{
+    std::string text = Json( entries ).dump();
+    archive( "outputs/" + kind, text );
+    if ( !archive.isReading() )
+        return;
+    entries = Json::parse( text ).get<Entries>();
+    onRoot( _ranks, [&] { takeUp( kind, entries ); } );
+    entries =
+        Json::parse( _ranks.fromRoot( Json( entries ).dump() ) ).get<Entries>();
+    if ( !entries.empty() )
+        writeXdmf( kind, entries );
+}
+
+void OutputDirectory::takeUp( const std::string& kind, Entries& entries ) const
+{
+    // A restart may write into another directory.
+    std::erase_if( entries,
+                   [&]( const auto& entry )
+                   {
+                       std::error_code error;
+                       return !fs::exists(
+                           _directory / stepFile( kind, entry.first ), error );
+                   } );
+    const auto is_later = [&]( const fs::path& file )
+    {
+        return isStepFile( file ) &&
+               !entries.contains( std::stoll( file.stem().string() ) );
+    };
+    clearFolder( _directory / kind, is_later );
+    if ( kind == "particles" )
+        clearFolder( _directory / "exact", is_later );
+    if ( entries.empty() )
+        removeFile( _directory / ( kind + ".xdmf" ) );
+}
+
+void OutputDirectory::writeXdmf( const std::string& kind,
+                                 const Entries& entries ) const
+{
+    writeText( kind + ".xdmf", xdmfCollection( kind, entries ) );
 }
 
 } // end namespace Machpoint

@@ -9,16 +9,26 @@
 #ifndef MACHPOINT_CORE_OUTPUT_HPP
 #define MACHPOINT_CORE_OUTPUT_HPP
 
+#include <core/archive.hpp>
 #include <core/communicator.hpp>
 #include <core/hdf5_file.hpp>
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace Machpoint
 {
+
+//! What happens to the results of a run that a directory holds already.
+enum class FormerRun
+{
+    refuse,  //!< the directory is not taken
+    replace, //!< they are removed, and nothing else
+    go_on    //!< this run is its continuation
+};
 
 /*!
   \brief The output directory of one run.
@@ -43,8 +53,7 @@ class OutputDirectory
       the run starts.
 
       \param[in] directory Where the run writes.
-      \param[in] overwrite Remove what a former run wrote there, and only that;
-      otherwise a directory that holds a run is refused.
+      \param[in] former What to do with what a former run wrote there.
       \param[in] dimension 1, 2 or 3.
       \param[in] needs_fields Will particles or grids be written? Without them a
       build without HDF5 can run, too.
@@ -52,7 +61,7 @@ class OutputDirectory
       \throws IoError If the directory holds another run, cannot be made or
       written to, or if this build lacks HDF5 (several ranks: a parallel one).
     */
-    OutputDirectory( const std::filesystem::path& directory, bool overwrite,
+    OutputDirectory( const std::filesystem::path& directory, FormerRun former,
                      int dimension, bool needs_fields = true,
                      int compression = 0 );
 
@@ -112,6 +121,14 @@ class OutputDirectory
     //! run ended in an orderly way.
     void writeSummary( const std::string& json_text );
 
+    /*!
+      \brief Writes which outputs there are, or reads it.
+
+      After reading, the directory is as it was then: outputs and a summary that
+      came later are removed, and the .xdmf files list what is there.
+    */
+    void checkpoint( Archive& archive );
+
   private:
     // A file below the directory, written by the root.
     void writeText( const std::filesystem::path& name,
@@ -121,12 +138,20 @@ class OutputDirectory
                     std::vector<Dataset> attributes,
                     const std::vector<Dataset>& datasets ) const;
 
+    using Entries = std::map<std::int64_t, std::string>;
+
+    void writeXdmf( const std::string& kind, const Entries& entries ) const;
+    void checkpointEntries( Archive& archive, const std::string& kind,
+                            Entries& entries ) const;
+    // Makes files and entries agree; on the root.
+    void takeUp( const std::string& kind, Entries& entries ) const;
+
     Communicator _ranks;
     std::filesystem::path _directory;
     int _dimension;
     int _compression;
-    std::string _particle_entries; // XDMF of the outputs so far
-    std::string _grid_entries;
+    Entries _particle_entries; // XDMF of the outputs so far, by step
+    Entries _grid_entries;
 };
 
 } // end namespace Machpoint

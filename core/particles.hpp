@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_PARTICLES_HPP
 #define MACHPOINT_PARTICLES_HPP
 
+#include <core/archive.hpp>
 #include <core/communicator.hpp>
 #include <core/types.hpp>
 
@@ -38,6 +39,12 @@ enum Member : std::size_t
     Id                      //!< unique for ever; negative: to be removed
 };
 
+//! What a checkpoint calls them.
+constexpr const char* member_names[] = {
+    "position", "velocity",    "velocity_gradient",
+    "mass",     "volume",      "specific_internal_energy",
+    "pressure", "sound_speed", "id" };
+
 using ParticleBins = Cabana::BinningData<MemorySpace>;
 #ifdef MACHPOINT_ENABLE_MPI
 using ParticlePlan = Cabana::Distributor<MemorySpace>;
@@ -66,6 +73,8 @@ class SidecarBase
     //! Puts what arrived at row `first` and after.
     virtual void receive( int first ) = 0;
 #endif
+    //! Writes all entries, or reads n. \throws ArchiveError
+    virtual void checkpoint( Archive& archive, std::size_t n ) = 0;
     //! Bytes held.
     virtual std::size_t bytes() const = 0;
 };
@@ -132,6 +141,80 @@ void appendTuples( const AoSoA& aosoa, const AoSoA& from, const int first )
         } );
 }
 #endif
+//! Component c of a member, row by row. \tparam Type e.g. Real[2][2]
+template <class Type, class SliceType>
+auto& component( const SliceType& slice, const std::size_t p,
+                 const std::size_t c )
+{
+    constexpr auto rank = std::rank_v<Type>;
+    static_assert( rank <= 2 );
+    if constexpr ( rank == 0 )
+        return slice( p );
+    else if constexpr ( rank == 1 )
+        return slice( p, c );
+    else
+        return slice( p, c / std::extent_v<Type, 1>,
+                      c % std::extent_v<Type, 1> );
+}
+
+//! Writes member M of all particles, or reads it and makes room for it.
+template <std::size_t M, class Members>
+void checkpointMember( Archive& archive, const std::string& name,
+                       Cabana::AoSoA<Members, Kokkos::HostSpace>& host )
+{
+    using Type = typename Cabana::MemberTypeAtIndex<M, Members>::type;
+    using Value = std::remove_all_extents_t<Type>;
+    constexpr std::size_t columns = sizeof( Type ) / sizeof( Value );
+    std::vector<Value> values( host.size() * columns );
+    if ( !archive.isReading() )
+    {
+        const auto slice = Cabana::slice<M>( host );
+        for ( std::size_t k = 0; k < values.size(); ++k )
+            values[k] = component<Type>( slice, k / columns, k % columns );
+    }
+    archive.rows( name, values, columns );
+    if ( archive.isReading() )
+    {
+        const auto n = values.size() / columns;
+        if ( M > 0 && n != host.size() )
+            throw ArchiveError( name + " has another length" );
+        host.resize( n );
+        const auto slice = Cabana::slice<M>( host );
+        for ( std::size_t k = 0; k < values.size(); ++k )
+            component<Type>( slice, k / columns, k % columns ) = values[k];
+    }
+}
+
+template <class Members, std::size_t... M>
+void checkpointMembers( Archive& archive, const char* const* names,
+                        Cabana::AoSoA<Members, Kokkos::HostSpace>& host,
+                        std::index_sequence<M...> )
+{
+    ( checkpointMember<M>( archive, names ? names[M] : std::to_string( M ),
+                           host ),
+      ... );
+}
+
+//! Writes all members, or reads them with their number.
+//! \param names of the members; null: they are numbered
+template <class Members>
+void checkpointMembers( Archive& archive, const char* const* names,
+                        Cabana::AoSoA<Members, MemorySpace>& aosoa )
+{
+    Cabana::AoSoA<Members, Kokkos::HostSpace> host( "Machpoint::checkpoint" );
+    if ( !archive.isReading() )
+    {
+        host.resize( aosoa.size() );
+        Cabana::deep_copy( host, aosoa );
+    }
+    checkpointMembers( archive, names, host,
+                       std::make_index_sequence<Members::size>{} );
+    if ( archive.isReading() )
+    {
+        resizeWithSlack( aosoa, host.size() );
+        Cabana::deep_copy( aosoa, host );
+    }
+}
 } // namespace Impl
 
 //! A sidecar with the given members (Cabana::MemberTypes).
@@ -143,7 +226,8 @@ class Sidecar : public SidecarBase
 
     //! \param label what the memory is called in a profile
     Sidecar( const std::string& label, const std::size_t n )
-        : _aosoa( label ), _saved( label ), _arrived( label )
+        : _aosoa( label ), _saved( label ),
+          _arrived( label ) : _label( label ), _aosoa( label ), _saved( label )
     {
         resize( n );
     }
@@ -181,6 +265,13 @@ class Sidecar : public SidecarBase
         _arrived = aosoa_type( _aosoa.label() );
     }
 #endif
+    void checkpoint( Archive& archive, const std::size_t n ) override
+    {
+        const Archive::Group group( archive, _label );
+        Impl::checkpointMembers( archive, nullptr, _aosoa );
+        if ( _aosoa.size() != n )
+            throw ArchiveError( _label + " has another length" );
+    }
     std::size_t bytes() const override
     {
         return ( _aosoa.numSoA() + _saved.numSoA() ) *
@@ -193,6 +284,7 @@ class Sidecar : public SidecarBase
     }
 
   private:
+    std::string _label;
     aosoa_type _aosoa;
     aosoa_type _saved;
     aosoa_type _arrived; // between send and receive
@@ -386,6 +478,16 @@ class Particles
         for ( auto& sidecar : _sidecars )
             sidecar->restore();
     }
+    //! Writes all particles and sidecars in their order, or reads them.
+    //! \throws ArchiveError
+    void checkpoint( Archive& archive )
+    {
+        const Archive::Group group( archive, "particles" );
+        Impl::checkpointMembers( archive, member_names, _aosoa );
+        for ( auto& sidecar : _sidecars )
+            sidecar->checkpoint( archive, _aosoa.size() );
+    }
+
     //! The copy.
     const aosoa_type& saved() const
     {

@@ -97,6 +97,10 @@ class Simulation
     virtual GridData gridData() = 0;
     virtual std::vector<const Series*> series() const = 0;
     //! @}
+
+    //! Writes all that the next steps depend on and what was recorded so far,
+    //! or reads it into a run of the same input. \throws ArchiveError
+    virtual void checkpoint( Archive& archive ) = 0;
 };
 
 //! Makes a run from a resolved input. \throws InputError

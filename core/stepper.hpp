@@ -120,6 +120,39 @@ class Stepper : public Simulation
                 list.push_back( active.module->series() );
         return list;
     }
+    void checkpoint( Archive& archive ) override
+    {
+        auto& state = _scene.state;
+        archive( "time", state.time );
+        archive( "time_step", state.dt );
+        archive( "step", state.step );
+        archive( "next_id", state.next_id );
+        archive( "limiter", _limiter );
+        archive( "retries", _retries );
+        auto ledger = this->ledger();
+        archive( "ledger/mass_in", ledger.mass_in );
+        archive( "ledger/mass_out", ledger.mass_out );
+        archive( "ledger/energy_in", ledger.energy_in );
+        archive( "extrema/min_density", _extrema.min_density );
+        archive( "extrema/min_specific_internal_energy",
+                 _extrema.min_specific_internal_energy );
+        archive( "extrema/max_mach", _extrema.max_mach );
+        state.particles.checkpoint( archive );
+        for ( std::size_t k = 0; k < _scene.modules.size(); ++k )
+        {
+            const auto& active = _scene.modules[k];
+            const Archive::Group group(
+                archive, fmt::format( "modules/{} {}", k, active.name ) );
+            active.module->checkpoint( archive );
+        }
+        if ( !archive.isReading() )
+            return;
+        // What was recorded together is one rank's from here on, and rows go
+        // to the ranks that now have their cells.
+        state.ledger = comm().isRoot() ? ledger : Ledger{};
+        migrate();
+        keepState();
+    }
 
   private:
     const Communicator& comm() const
@@ -154,13 +187,19 @@ class Stepper : public Simulation
         each( "particle state", &Module<Dim>::particleState ); // 1
         Profile::Phase phase( "guard" );
         _survey = survey();
-        if ( _most_retries > 0 )
-        {
-            state.particles.save();
-            _saved_ledger = state.ledger;
-            _saved_time = state.time;
-            _saved_step = state.step;
-        }
+        keepState();
+    }
+
+    //! Keeps a copy of the state for a step that is repeated.
+    void keepState()
+    {
+        if ( _most_retries == 0 )
+            return;
+        auto& state = _scene.state;
+        state.particles.save();
+        _saved_ledger = state.ledger;
+        _saved_time = state.time;
+        _saved_step = state.step;
     }
 
     //! Lines 2 to 10: from particles to particles, sides not yet applied.

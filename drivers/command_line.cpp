@@ -59,7 +59,7 @@ std::vector<Section> catalogue()
     };
     return { { "input",
                { inputParameters( 0 ), find( "grid" ), find( "particles" ),
-                 find( "time" ), find( "output" ) } },
+                 find( "time" ), find( "output" ), find( "checkpoint" ) } },
              { "method",
                { method( Paper::name, Paper::summary ),
                  method( Apic::name, Apic::summary ),
@@ -223,7 +223,12 @@ int runCommandLine( int argc, char** argv )
     run_command.add_flag( "--overwrite", options.overwrite,
                           "replace the results of a former run" );
     run_command
-        .add_option( "--max-steps", options.max_steps, "end after that many" )
+        .add_option( "--restart", options.restart,
+                     "go on from a checkpoint: a file, or \"latest\" for the "
+                     "newest one of the output directory" )
+        ->type_name( "FILE" );
+    run_command
+        .add_option( "--max-steps", options.max_steps, "end after step STEPS" )
         ->check( CLI::Range( std::int64_t( 0 ), options.max_steps, "STEPS" ) );
     run_command.add_flag( "--quiet", options.quiet, "no progress, no table" );
     addInput( *app.add_subcommand( "check", "validate a scene" ) );

@@ -108,6 +108,29 @@ Parameters inputParameters( const int dimension )
         .atMost( 9 )
         .defaultsTo( 0 );
 
+    Parameters checkpoint( "checkpoint",
+                           "when the state is kept to restart from; never, "
+                           "unless one of the first three says so",
+                           dimension );
+    checkpoint.integer( "every_steps", "steps between checkpoints" )
+        .atLeast( 1 )
+        .optional();
+    checkpoint
+        .number( "every_time", "time between checkpoints; steps are not cut "
+                               "for it" )
+        .unit( "time" )
+        .above( 0 )
+        .optional();
+    checkpoint
+        .number( "every_wall_seconds", "seconds of the clock between "
+                                       "checkpoints" )
+        .unit( "s" )
+        .above( 0 )
+        .optional();
+    checkpoint.integer( "keep", "how many checkpoints are kept, the last ones" )
+        .atLeast( 1 )
+        .defaultsTo( 2 );
+
     Parameters all( "input", "a run of machpoint", dimension );
     all.text( "scene", "name of the scene and of its output directory" )
         .nonEmpty();
@@ -129,6 +152,7 @@ Parameters inputParameters( const int dimension )
     all.object( "decomposition", decomposition,
                 "which rank computes which part of the domain" );
     all.object( "output", output, "what is written" );
+    all.object( "checkpoint", checkpoint, "what to restart from, and when" );
     return all;
 }
 

@@ -1,20 +1,27 @@
 #include <drivers/run.hpp>
 
-#include <core/communicator.hpp>
+#include <drivers/requests.hpp>
+
+#include <core/checkpoint.hpp>
 #include <core/exact.hpp>
+#include <core/hdf5_file.hpp>
 #include <core/output.hpp>
 #include <core/profile.hpp>
 #include <core/report.hpp>
+#include <core/revision.hpp>
 #include <core/simulation.hpp>
 
 #include <fmt/format.h>
 
 #include <unistd.h>
 
-#include <atomic>
+#include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
+#include <filesystem>
+#include <optional>
+
+namespace fs = std::filesystem;
 
 namespace Machpoint
 {
@@ -22,42 +29,16 @@ namespace Machpoint
 namespace
 {
 
-std::atomic<int> signal_received{ 0 };
-static_assert( std::atomic<int>::is_always_lock_free );
-
-void rememberSignal( const int signal )
-{
-    signal_received = signal;
-}
-
-//! Takes SIGINT and SIGTERM while it lives: the step is finished first.
-class SignalGuard
-{
-  public:
-    SignalGuard()
-    {
-        signal_received = 0;
-        _int = std::signal( SIGINT, &rememberSignal );
-        _term = std::signal( SIGTERM, &rememberSignal );
-    }
-    ~SignalGuard()
-    {
-        std::signal( SIGINT, _int );
-        std::signal( SIGTERM, _term );
-    }
-    SignalGuard( const SignalGuard& ) = delete;
-
-  private:
-    void ( *_int )( int );
-    void ( *_term )( int );
-};
-
 //! One line that refreshes on a terminal and appends in a log.
 class Progress
 {
   public:
-    Progress( const bool quiet, const Real end )
-        : _quiet( quiet ), _terminal( isatty( STDERR_FILENO ) ), _end( end )
+    //! \param begin, end times \param updates before this run went on
+    Progress( const bool quiet, const Real begin, const Real end,
+              const std::int64_t updates )
+        : _quiet( quiet ), _terminal( isatty( STDERR_FILENO ) ),
+          _begin( begin ), _end( end ), _updates( updates ),
+          _updates_shown( updates )
     {
     }
 
@@ -77,7 +58,9 @@ class Progress
             "{:.3g} M particle updates/s | ETA {:.0f} s{}",
             _terminal ? "\r\033[K" : "", s.steps(), s.time(), _end, 100 * done,
             s.timeStep(), s.limiter(), rate / 1e6,
-            done > 0 ? now * ( 1 - done ) / done : 0,
+            s.time() > _begin
+                ? now * ( _end - s.time() ) / ( s.time() - _begin )
+                : 0,
             _terminal && !last ? "" : "\n" );
         std::fflush( stderr );
         _shown = now;
@@ -90,11 +73,11 @@ class Progress
   private:
     bool _quiet;
     bool _terminal;
-    Real _end;
+    Real _begin, _end;
     Kokkos::Timer _timer;
     Real _shown = 0;
-    std::int64_t _updates = 0;
-    std::int64_t _updates_shown = 0;
+    std::int64_t _updates;
+    std::int64_t _updates_shown;
 };
 
 std::vector<Dataset> particleDatasets( const ParticleData& data, const int dim )
@@ -161,12 +144,103 @@ void writeExactProfile( OutputDirectory& directory, const Simulation& s,
           { "specific_internal_energy", { points }, e.data() } } );
 }
 
+//! What the summary tells of the run from its true start on.
+void checkpointFacts( Archive& archive, RunFacts& facts )
+{
+    archive( "start/mass", facts.initial.mass );
+    archive( "start/momentum", facts.initial.momentum );
+    archive( "start/internal", facts.initial.internal );
+    archive( "start/kinetic", facts.initial.kinetic );
+    archive( "start/affine", facts.initial.affine );
+    archive( "start/particles", facts.particles_initial );
+    archive( "particle_updates", facts.particle_updates );
+    archive( "wall_seconds", facts.wall_seconds );
+}
+
+//! The checkpoint that --restart names.
+Checkpoint findCheckpoint( const Communicator& ranks, const std::string& name,
+                           const fs::path& folder, const Json& input )
+{
+    auto checkpoint = name == "latest"
+                          ? readNewestCheckpoint( ranks, folder, input )
+                          : readCheckpoint( ranks, name, input );
+    if ( !ranks.isRoot() )
+        return checkpoint;
+    for ( const auto& complaint : checkpoint.complaints )
+        fmt::print( stderr, "machpoint: {}\n", complaint );
+    if ( !checkpoint.complaints.empty() )
+        fmt::print( stderr, "machpoint: falls back to {}\n",
+                    checkpoint.file.string() );
+    if ( checkpoint.revision != revision )
+        fmt::print( stderr,
+                    "machpoint: {} was written by revision {}, and this is "
+                    "{}: the run may go on in another way\n",
+                    checkpoint.file.string(), checkpoint.revision, revision );
+    return checkpoint;
+}
+
+//! Can checkpoints be written?
+bool hasHdf5( const Communicator& ranks )
+{
+    try
+    {
+        requireHdf5( ranks );
+        return true;
+    }
+    catch ( const IoError& )
+    {
+        return false;
+    }
+}
+
+//! What to do with results that are in the output directory.
+FormerRun formerRun( const std::optional<Checkpoint>& restart,
+                     const fs::path& directory, const bool overwrite )
+{
+    std::error_code error;
+    if ( restart && fs::equivalent( fs::absolute( restart->file ).parent_path(),
+                                    directory / "checkpoints", error ) )
+        return FormerRun::go_on;
+    return overwrite ? FormerRun::replace : FormerRun::refuse;
+}
+
+//! Number of the next output: the first whose time is yet to come. Times are
+//! counted, not summed, so that none drifts.
+std::int64_t nextOutput( const Real time, const Real every )
+{
+    auto number =
+        std::max( std::int64_t( 1 ),
+                  static_cast<std::int64_t>( std::floor( time / every ) ) - 1 );
+    while ( every * static_cast<Real>( number ) <= time )
+        ++number;
+    return number;
+}
+
+//! Reads a checkpoint. \param checkpoint visits an archive
+template <class Visitor>
+void resume( Checkpoint& restart, const Visitor& checkpoint )
+{
+    try
+    {
+        checkpoint( restart.archive );
+        if ( !restart.archive.entries().empty() )
+            throw ArchiveError( restart.archive.entries().begin()->first +
+                                " is unknown here" );
+    }
+    catch ( const ArchiveError& error )
+    {
+        throw IoError::onAll( fmt::format(
+            "{}: cannot be restarted from: {}; restart with the program that "
+            "wrote it",
+            restart.file.string(), error.what() ) );
+    }
+}
+
 } // namespace
 
 ExitCode run( const Json& input, const RunOptions& options )
 {
     const Communicator ranks;
-    const SignalGuard guard;
     Profile::start();
     Kokkos::Timer timer;
     const auto scene = input.at( "scene" ).get<std::string>();
@@ -176,16 +250,33 @@ ExitCode run( const Json& input, const RunOptions& options )
     const bool writes_particles = output.at( "particles" );
     const bool writes_grid = output.at( "grid" );
     const Real every = output.value( "every", end );
+    const fs::path folder =
+        options.output.empty() ? "out/" + scene : options.output;
+    const auto checkpoints = folder / "checkpoints";
+    Requests requests( ranks, input.at( "checkpoint" ), folder / "stop" );
+    std::optional<Checkpoint> restart;
+    if ( !options.restart.empty() )
+        restart = findCheckpoint( ranks, options.restart, checkpoints, input );
     const auto simulation = makeSimulation( input );
     const auto exact = makeExact( input );
-    OutputDirectory directory(
-        options.output.empty() ? "out/" + scene : options.output,
-        options.overwrite, dim, writes_particles || writes_grid,
-        output.at( "compression" ) );
+    const auto former = formerRun( restart, folder, options.overwrite );
+    OutputDirectory directory( folder, former, dim,
+                               writes_particles || writes_grid ||
+                                   requests.isScheduled(),
+                               output.at( "compression" ) );
 
     RunFacts facts;
     facts.initial = simulation->totals();
     facts.particles_initial = simulation->particles();
+    std::int64_t written = -1; // step of the last output
+    auto checkpoint = [&]( Archive& archive )
+    {
+        simulation->checkpoint( archive );
+        directory.checkpoint( archive );
+        const Archive::Group group( archive, "run" );
+        checkpointFacts( archive, facts );
+        archive( "last_output", written );
+    };
     auto write = [&]
     {
         Profile::Phase phase( "output" );
@@ -207,18 +298,54 @@ ExitCode run( const Json& input, const RunOptions& options )
                                    series->columns, series->rows );
     };
 
-    write();
+    if ( restart )
+    {
+        resume( *restart, checkpoint );
+        onRoot( ranks,
+                [&] {
+                    removeCheckpointsAfter( checkpoints, simulation->steps() );
+                } );
+        if ( former != FormerRun::go_on )
+            written = -1;
+        if ( !options.quiet && ranks.isRoot() )
+            fmt::print( stderr, "machpoint: goes on from {}, t = {:.6g}\n",
+                        restart->file.string(), simulation->time() );
+    }
+    else
+    {
+        write();
+        written = simulation->steps();
+    }
+    const Real seconds_before = facts.wall_seconds;
     ExitCode code = finished;
-    Progress progress( options.quiet || !ranks.isRoot(), end );
-    std::int64_t outputs = 1;
-    std::int64_t written = simulation->steps();
+    Progress progress( options.quiet || !ranks.isRoot(), simulation->time(),
+                       end, facts.particle_updates );
+    std::int64_t kept = -1; // step of the last checkpoint
+    const bool can_keep = hasHdf5( ranks );
+    auto keep = [&]
+    {
+        Profile::Phase phase( "checkpoint" );
+        facts.wall_seconds = seconds_before + timer.seconds();
+        facts.particle_updates = progress.updates();
+        Archive archive;
+        checkpoint( archive );
+        writeCheckpoint( ranks, checkpoints, input, archive );
+        onRoot( ranks,
+                [&] {
+                    keepCheckpoints( checkpoints,
+                                     input.at( "checkpoint" ).at( "keep" ) );
+                } );
+        kept = simulation->steps();
+        requests.checkpointed();
+    };
+    requests.start( simulation->time() );
+    std::int64_t outputs = nextOutput( simulation->time(), every );
     try
     {
         while ( simulation->time() < end &&
                 simulation->steps() < options.max_steps )
         {
-            // Times are counted, not summed, so that none drifts; one that
-            // rounding puts just before the end is the end.
+            // A time that rounding puts just before the end is the end.
             const Real planned = every * static_cast<Real>( outputs );
             const Real next = planned < end * ( 1 - 1e-12 ) ? planned : end;
             simulation->step( next );
@@ -230,13 +357,22 @@ ExitCode run( const Json& input, const RunOptions& options )
                 write();
                 written = simulation->steps();
             }
-            // Launchers may tell one rank only, or all of them one by one.
-            if ( ranks.any( signal_received != 0 ) )
+            const auto request = requests.next( *simulation );
+            if ( request == Request::checkpoint )
+                keep();
+            if ( request == Request::stop )
             {
                 code = stopped_early;
                 break;
             }
         }
+        // What is written below is no output of an uninterrupted run.
+        if ( ( code == stopped_early && can_keep ) ||
+             ( simulation->time() < end && requests.isScheduled() &&
+               kept != simulation->steps() ) )
+            keep();
+        if ( code == stopped_early )
+            requests.finish();
     }
     catch ( const NumericalFailure& failure )
     {
@@ -259,25 +395,25 @@ ExitCode run( const Json& input, const RunOptions& options )
     progress.show( *simulation, true );
     if ( code != numerical_failure && written != simulation->steps() )
         write();
-    facts.wall_seconds = timer.seconds();
+    facts.wall_seconds = seconds_before + timer.seconds();
     facts.particle_updates = progress.updates();
     if ( exact && code != numerical_failure )
         facts.errors = measureErrors( simulation->particleData(), *exact, input,
                                       simulation->time() );
     const Json summary = makeSummary( *simulation, input, facts );
     directory.writeSummary( summary.dump( 2 ) + "\n" );
-    const auto signal = ranks.max( signal_received );
     if ( !ranks.isRoot() )
         return code;
     if ( !options.quiet )
         fmt::print( "{}", formatSummary( summary ) );
     fmt::print( "output: {}\n", directory.path().string() );
     if ( code == stopped_early )
-        fmt::print(
-            stderr,
-            "machpoint: stopped by signal {:.0f} after step {}; the state "
-            "is written\n",
-            signal, simulation->steps() );
+        fmt::print( stderr, "machpoint: stopped by {} after step {}; {}\n",
+                    requests.reason(), simulation->steps(),
+                    can_keep ? "to go on, repeat the command with --restart "
+                               "latest"
+                             : "there is no checkpoint, because this build "
+                               "lacks HDF5" );
     return code;
 }
 

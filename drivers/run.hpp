@@ -30,14 +30,16 @@ struct RunOptions
     std::string output;     //!< directory; empty: out/<scene>
     bool overwrite = false; //!< replace a former run's output
     bool quiet = false;     //!< no progress and no end table
+    std::string restart;    //!< checkpoint to go on from, "latest" or none
     std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
 };
 
 /*!
   \brief Runs a resolved input to its end, on all ranks together.
-  \return on all ranks: finished, also when max_steps ended it; stopped_early
-  after SIGINT or SIGTERM; numerical_failure when the gas broke down \throws
-  InputError, IoError
+  \return on all ranks: finished, also when max_steps ended it; stopped_early,
+  with a checkpoint, after SIGINT, SIGTERM or the stop file; numerical_failure
+  when the gas broke down
+  \throws InputError, IoError
 */
 ExitCode run( const Json& input, const RunOptions& options );
 

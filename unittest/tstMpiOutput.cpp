@@ -166,7 +166,8 @@ TEST_F( MpiOutput, BlocksOfAGridMakeOneArray )
 
     for ( const int compression : { 0, 9 } )
     {
-        OutputDirectory output( _scratch, true, 2, true, compression );
+        OutputDirectory output( _scratch, FormerRun::replace, 2, true,
+                                compression );
         Dataset velocity{ "velocity", { y1 - y0, x1 - x0, 2 }, block.data() };
         velocity.global_shape = { ny, nx, 2 };
         velocity.start = { y0, x0, 0 };
@@ -182,7 +183,7 @@ TEST_F( MpiOutput, BlocksOfAGridMakeOneArray )
 
 TEST_F( MpiOutput, ParticlesOfAllRanksAreOneCloud )
 {
-    OutputDirectory output( _scratch, false, 1 );
+    OutputDirectory output( _scratch, FormerRun::refuse, 1 );
     const auto n = static_cast<std::size_t>( _ranks.rank() );
     const std::vector<double> x( n, _ranks.rank() );
     output.writeParticles( 0, 0.0, { { "position", { n, 1 }, x.data() } } );
@@ -281,8 +282,8 @@ TEST_F( MpiOutput, ADirectoryThatCannotBeMadeIsAnErrorEverywhere )
 {
     if ( _ranks.isRoot() )
         std::ofstream( _scratch / "file" ) << "mine";
-    const auto message =
-        messageOf( [&] { OutputDirectory( _scratch / "file", false, 1 ); } );
+    const auto message = messageOf(
+        [&] { OutputDirectory( _scratch / "file", FormerRun::refuse, 1 ); } );
     EXPECT_NE( message.find( std::strerror( ENOTDIR ) ), std::string::npos )
         << message;
     EXPECT_EQ( tree(), std::set<std::string>{ "file" } );

@@ -29,6 +29,7 @@
 
 namespace fs = std::filesystem;
 using Machpoint::Dataset;
+using Machpoint::FormerRun;
 using Machpoint::IoError;
 using Machpoint::OutputDirectory;
 
@@ -184,7 +185,7 @@ const std::set<std::string> small_run = {
 
 TEST_F( Output, WritesExactlyTheFilesOfTheLayout )
 {
-    OutputDirectory output( _scratch / "a" / "run", false, 2 );
+    OutputDirectory output( _scratch / "a" / "run", FormerRun::refuse, 2 );
     EXPECT_EQ( tree( output.path() ), std::set<std::string>{} );
     writeSmallRun( output, 2 );
     EXPECT_EQ( tree( output.path() ), small_run );
@@ -195,7 +196,8 @@ TEST_F( Output, ParticlesComeBackWithShapesTypesAndAttributes )
     for ( std::size_t dim : { 1, 2, 3 } )
     {
         const auto directory = _scratch / std::to_string( dim );
-        OutputDirectory output( directory, false, static_cast<int>( dim ) );
+        OutputDirectory output( directory, FormerRun::refuse,
+                                static_cast<int>( dim ) );
         const std::size_t n = 5;
         const auto position = ramp( n * dim );
         // Beyond 2^53, where a double would lose it.
@@ -223,7 +225,7 @@ TEST_F( Output, ParticlesComeBackWithShapesTypesAndAttributes )
 
 TEST_F( Output, PointsOfALineGetAZeroBesideEach )
 {
-    OutputDirectory output( _scratch, false, 1 );
+    OutputDirectory output( _scratch, FormerRun::refuse, 1 );
     const auto position = ramp( 3 );
     output.writeParticles( 0, 0.0,
                            { { "position", { 3, 1 }, position.data() } } );
@@ -235,7 +237,7 @@ TEST_F( Output, PointsOfALineGetAZeroBesideEach )
 
 TEST_F( Output, GridComesBackWithItsGeometry )
 {
-    OutputDirectory output( _scratch, false, 3 );
+    OutputDirectory output( _scratch, FormerRun::refuse, 3 );
     const auto values = ramp( 2 * 3 * 4 * 3 );
     output.writeGrid( 7, 0.5, { 1.0, 2.0, 3.0 }, { 0.1, 0.2, 0.3 },
                       { { "density", { 2, 3, 4 }, values.data() },
@@ -266,7 +268,8 @@ TEST_F( Output, CompressionKeepsValuesAndSavesRoom )
     std::vector<std::size_t> sizes;
     for ( const int compression : { 0, 1, 9 } )
     {
-        OutputDirectory output( _scratch, true, 2, true, compression );
+        OutputDirectory output( _scratch, FormerRun::replace, 2, true,
+                                compression );
         output.writeParticles( 0, 0.0,
                                { { "position", { n, 2 }, position.data() } } );
         const auto file = _scratch / "particles" / "00000000.h5";
@@ -280,7 +283,7 @@ TEST_F( Output, CompressionKeepsValuesAndSavesRoom )
 
 TEST_F( Output, ARunWithoutParticlesIsWritten )
 {
-    OutputDirectory output( _scratch, false, 2 );
+    OutputDirectory output( _scratch, FormerRun::refuse, 2 );
     output.writeParticles( 0, 0.0, { { "position", { 0, 2 } } } );
     const auto x = readDataset<double>( _scratch / "particles" / "00000000.h5",
                                         "position" );
@@ -289,7 +292,7 @@ TEST_F( Output, ARunWithoutParticlesIsWritten )
 
 TEST_F( Output, SeriesKeepsEveryDigit )
 {
-    OutputDirectory output( _scratch, false, 2 );
+    OutputDirectory output( _scratch, FormerRun::refuse, 2 );
     output.writeSeries( "series/wing.csv", { "time", "force_x" },
                         { { 0.1, 1.0 / 3.0 }, { 0.2, -1e-300 } } );
     std::istringstream table( read( _scratch / "series" / "wing.csv" ) );
@@ -307,7 +310,7 @@ TEST_F( Output, SeriesKeepsEveryDigit )
 
 TEST_F( Output, DataThatDoesNotFitTheLayoutIsRefused )
 {
-    OutputDirectory output( _scratch, false, 2 );
+    OutputDirectory output( _scratch, FormerRun::refuse, 2 );
     const auto values = ramp( 100 );
     const Dataset position = { "position", { 4, 2 }, values.data() };
     const auto particles = [&]( std::vector<Dataset> datasets )
@@ -350,8 +353,8 @@ TEST_F( Output, AnotherRunIsRefusedAndLeftAlone )
         else
             std::ofstream( directory / sign ) << "former";
         const auto before = tree( directory );
-        const auto message =
-            messageOf( [&] { OutputDirectory( directory, false, 1 ); } );
+        const auto message = messageOf(
+            [&] { OutputDirectory( directory, FormerRun::refuse, 1 ); } );
         EXPECT_NE( message.find( directory.string() ), std::string::npos );
         EXPECT_NE( message.find( "--overwrite" ), std::string::npos );
         EXPECT_EQ( tree( directory ), before );
@@ -361,14 +364,14 @@ TEST_F( Output, AnotherRunIsRefusedAndLeftAlone )
 TEST_F( Output, ADirectoryWithOtherThingsIsTaken )
 {
     std::ofstream( _scratch / "notes.txt" ) << "mine";
-    OutputDirectory output( _scratch, false, 2 );
+    OutputDirectory output( _scratch, FormerRun::refuse, 2 );
     EXPECT_EQ( tree( _scratch ), std::set<std::string>{ "notes.txt" } );
 }
 
 TEST_F( Output, OverwriteRemovesWhatARunWroteAndNothingElse )
 {
     {
-        OutputDirectory output( _scratch, false, 2 );
+        OutputDirectory output( _scratch, FormerRun::refuse, 2 );
         writeSmallRun( output, 2 );
     }
     const std::set<std::string> foreign = {
@@ -385,7 +388,7 @@ TEST_F( Output, OverwriteRemovesWhatARunWroteAndNothingElse )
             std::ofstream( _scratch / file ) << file;
         }
 
-    OutputDirectory output( _scratch, true, 2 );
+    OutputDirectory output( _scratch, FormerRun::replace, 2 );
     EXPECT_EQ( tree( _scratch ), foreign );
     EXPECT_FALSE( fs::exists( _scratch / "exact" ) );
     EXPECT_EQ( read( _scratch / "particles/notes.h5" ), "particles/notes.h5" );
@@ -400,10 +403,10 @@ TEST_F( Output, APathBelowAFileIsAnError )
 {
     std::ofstream( _scratch / "file" ) << "mine";
     for ( const auto& path : { _scratch / "file", _scratch / "file" / "run" } )
-        for ( const bool overwrite : { false, true } )
+        for ( const auto former : { FormerRun::refuse, FormerRun::replace } )
         {
             const auto message =
-                messageOf( [&] { OutputDirectory( path, overwrite, 1 ); } );
+                messageOf( [&] { OutputDirectory( path, former, 1 ); } );
             EXPECT_NE( message.find( path.string() ), std::string::npos );
             EXPECT_NE( message.find( std::strerror( ENOTDIR ) ),
                        std::string::npos )
@@ -419,7 +422,7 @@ TEST_F( Output, AnUnwritableDirectoryIsAnErrorBeforeTheRun )
         GTEST_SKIP() << "root may write to every directory";
     fs::permissions( _scratch, fs::perms::owner_read | fs::perms::owner_exec );
     const auto message =
-        messageOf( [&] { OutputDirectory( _scratch, false, 1 ); } );
+        messageOf( [&] { OutputDirectory( _scratch, FormerRun::refuse, 1 ); } );
     fs::permissions( _scratch, fs::perms::owner_all );
     EXPECT_NE( message.find( std::strerror( EACCES ) ), std::string::npos )
         << message;
@@ -461,7 +464,7 @@ TEST_F( Output, AFullDiskLeavesNoTraceWhereverItStrikes )
                                { { "position", { 300, 2 }, values.data() },
                                  { "mass", { 300 }, values.data() } } );
     };
-    OutputDirectory output( _scratch, false, 2 );
+    OutputDirectory output( _scratch, FormerRun::refuse, 2 );
     write( output, 0 );
     const auto whole = tree( _scratch );
     const auto collection = read( _scratch / "particles.xdmf" );
@@ -495,7 +498,7 @@ TEST_F( Output, AFullDiskLeavesNoTraceWhereverItStrikes )
 
 TEST_F( Output, AFullDiskKeepsTheFormerText )
 {
-    OutputDirectory output( _scratch, false, 1 );
+    OutputDirectory output( _scratch, FormerRun::refuse, 1 );
     output.writeSummary( "former" );
     const FileSizeLimit limit( 8 );
     messageOf( [&] { output.writeSummary( "longer than eight bytes" ); } );
@@ -563,7 +566,8 @@ TEST_F( Output, XdmfNamesEveryTimeAndOnlyDatasetsThatExist )
     for ( std::size_t dim : { 1, 2, 3 } )
     {
         const auto directory = _scratch / std::to_string( dim );
-        OutputDirectory output( directory, false, static_cast<int>( dim ) );
+        OutputDirectory output( directory, FormerRun::refuse,
+                                static_cast<int>( dim ) );
         writeSmallRun( output, dim );
         for ( const std::string kind : { "particles", "grid" } )
         {
@@ -611,7 +615,7 @@ TEST_F( Output, ABuildWithoutHdf5SaysSo )
 {
     try
     {
-        OutputDirectory output( _scratch / "run", false, 1 );
+        OutputDirectory output( _scratch / "run", FormerRun::refuse, 1 );
         FAIL() << "no IoError was thrown";
     }
     catch ( const IoError& error )

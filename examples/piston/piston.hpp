@@ -133,6 +133,11 @@ class Piston : public Machpoint::Module<Dim>
 
     bool exertsForce() const override { return true; }
     const Machpoint::Series* series() const override { return &_series; }
+    //! The impulse of a step never outlives it; the rows do.
+    void checkpoint( Machpoint::Archive& archive ) override
+    {
+        _series.checkpoint( archive );
+    }
 
   private:
     Real faceAt( const Real time ) const

@@ -1,0 +1,133 @@
+"""Kills a run again and again, restarts it, and compares what is left with an
+undisturbed run.
+
+Usage: python3 benchmarks/kills [INPUT] [--kills NUMBER] [--seed NUMBER]
+           [--machpoint PATH] [--output DIR] [--set path=value]...
+
+Each kill is a SIGKILL at a random moment: while a step is computed, or an output
+or a checkpoint written, or a checkpoint read. The last word has a run that is let
+finish. Every dataset of its outputs must then have the same bytes as those of the
+undisturbed run (on one thread sums repeat exactly), and no file may be broken.
+Exit code: 0 if so, else 1.
+"""
+import argparse
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import sys
+import time
+
+import h5py
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def parse():
+    parser = argparse.ArgumentParser(
+        description=__doc__.split("\n\n", maxsplit=1)[0])
+    parser.add_argument("input", nargs="?",
+                        default=ROOT / "input" / "cylinder_mach3.json")
+    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--machpoint",
+                        default=ROOT / "build" / "openmp" / "machpoint")
+    parser.add_argument("--output", type=pathlib.Path,
+                        default=pathlib.Path("out/kills"))
+    parser.add_argument("--set", action="append", dest="settings", default=[])
+    arguments = parser.parse_args()
+    if not arguments.settings and "cylinder_mach3" in str(arguments.input):
+        arguments.settings = ["grid.cells=[80,40]", "time.end=1",
+                              "output.every=0.05"]
+    return arguments
+
+
+class Run:
+    """Runs of one input, each in a directory of its own."""
+
+    def __init__(self, arguments):
+        self.command = [str(arguments.machpoint), "run", str(arguments.input),
+                        "--quiet", "--set", 'checkpoint={"every_steps":5}']
+        for setting in arguments.settings:
+            self.command += ["--set", setting]
+
+    def start(self, directory, *more):
+        return subprocess.Popen(
+            [*self.command, "--output", str(directory), *more],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            env=dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false"))
+
+    def finish(self, directory, *more):
+        """Seconds of a run to its end."""
+        begin = time.monotonic()
+        process = self.start(directory, *more)
+        text = process.communicate()[0]
+        if process.returncode != 0:
+            sys.exit(f"exit code {process.returncode}: {text}")
+        return time.monotonic() - begin
+
+
+def outputs(directory):
+    """Every dataset of a run's outputs by name; fails for a broken file."""
+    found = {}
+    for kind in ["particles", "grid", "exact"]:
+        for path in sorted((directory / kind).glob("*.h5")):
+            with h5py.File(path) as file:
+                for key in file:
+                    if key != "xdmf":
+                        found[f"{kind}/{path.name}/{key}"] = (
+                            file[key][()].tobytes())
+    for path in [*directory.glob("*.xdmf"), *directory.glob("series/*.csv")]:
+        found[str(path.relative_to(directory))] = path.read_bytes()
+    return found
+
+
+def how_to_start(directory):
+    """Options to go on with, or to start with where nothing is kept."""
+    if list((directory / "checkpoints").glob("*.h5")):
+        return ["--restart", "latest"]
+    return ["--overwrite"]
+
+
+def main():
+    arguments = parse()
+    run = Run(arguments)
+    rng = random.Random(arguments.seed)
+    whole, killed = arguments.output / "whole", arguments.output / "killed"
+    for directory in [whole, killed]:
+        shutil.rmtree(directory, ignore_errors=True)
+    seconds = run.finish(whole)
+    print(f"undisturbed: {seconds:.1f} s", flush=True)
+    kills = fallbacks = finished = 0
+    while kills < arguments.kills:
+        process = run.start(killed, *how_to_start(killed))
+        try:
+            # Mostly short lives, so that starts and restarts are hit too.
+            text = process.communicate(
+                timeout=seconds * rng.choice([0.02, 0.05, 0.2])
+                * rng.uniform(0.5, 2))[0]
+            if process.returncode != 0:
+                sys.exit(f"exit code {process.returncode}: {text}")
+            finished += 1
+            shutil.rmtree(killed)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            text = process.communicate()[0]
+            kills += 1
+            outputs(killed)  # all that bears its final name is whole
+        fallbacks += "falls back" in text
+    run.finish(killed, *how_to_start(killed))
+    expected, found = outputs(whole), outputs(killed)
+    wrong = [name for name in sorted({*expected, *found})
+             if expected.get(name) != found.get(name)]
+    print(f"{kills} kills, {finished} runs that finished between them, "
+          f"{fallbacks} checkpoints passed over; {len(wrong)} of "
+          f"{len(expected)} datasets and files differ")
+    for name in wrong:
+        print(f"  {name}")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,171 @@
+/*!
+  \file archive.hpp
+  \brief Layer 1: the state of a run by names, in memory, on the host: what a
+  checkpoint holds.
+*/
+#ifndef MACHPOINT_ARCHIVE_HPP
+#define MACHPOINT_ARCHIVE_HPP
+
+#include <core/types.hpp>
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! An archive that lacks a value, or has it in another shape.
+class ArchiveError : public std::runtime_error
+{
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+/*!
+  \brief Named values, written or read by the same calls.
+
+  Who has state names each part of it once, in a function `checkpoint( Archive&
+  )`; for `archive( "advanced", _advanced )` a writing archive takes the value
+  up, a reading one gives it back. Reading throws ArchiveError.
+*/
+class Archive
+{
+  public:
+    //! A number, a list or a table of numbers, or a text.
+    struct Entry
+    {
+        std::vector<std::size_t> shape; //!< {} for a number or a text
+        std::variant<std::vector<Real>, std::vector<std::int64_t>, std::string>
+            values;
+        //! Has each rank rows of its own, rather than all the same?
+        bool is_distributed = false;
+    };
+    using Entries = std::map<std::string, Entry>;
+
+    //! For writing.
+    Archive() = default;
+    //! For reading.
+    explicit Archive( Entries entries )
+        : _entries( std::move( entries ) ), _is_reading( true )
+    {
+    }
+
+    bool isReading() const { return _is_reading; }
+    //! All that was written, or is left to be read, by name; groups are
+    //! separated by slashes.
+    const Entries& entries() const { return _entries; }
+
+    //! \name Values that are the same on all ranks
+    //! @{
+    template <class T>
+    requires( std::is_same_v<T, Real> || std::is_same_v<T, std::int64_t> ) void
+    operator()( const std::string& name, T& value )
+    {
+        std::vector<T> list = { value };
+        exchange( name, list, {}, false );
+        value = list[0];
+    }
+    template <std::size_t N>
+    void operator()( const std::string& name, Kokkos::Array<Real, N>& vector )
+    {
+        std::vector<Real> list( vector.data(), vector.data() + N );
+        exchange( name, list, { N }, false );
+        std::copy( list.begin(), list.end(), vector.data() );
+    }
+    void operator()( const std::string& name, std::string& text )
+    {
+        if ( !_is_reading )
+        {
+            add( name, { {}, text } );
+            return;
+        }
+        auto entry = take( name );
+        auto* read = std::get_if<std::string>( &entry.values );
+        if ( !read )
+            throw ArchiveError( _prefix + name + " is not a text" );
+        text = std::move( *read );
+    }
+    //! A table of any length. \param values [rows][columns]
+    template <class T>
+    void table( const std::string& name, std::vector<T>& values,
+                const std::size_t columns )
+    {
+        exchange( name, values, { values.size() / columns, columns }, false );
+    }
+    //! @}
+
+    //! Rows of this rank, such as its particles. \param values [rows][columns]
+    template <class T>
+    void rows( const std::string& name, std::vector<T>& values,
+               const std::size_t columns )
+    {
+        exchange( name, values, { values.size() / columns, columns }, true );
+    }
+
+    //! Puts what is named while it lives below a name.
+    class Group
+    {
+      public:
+        Group( Archive& archive, const std::string& name )
+            : _archive( archive ), _outer( archive._prefix )
+        {
+            archive._prefix += name + "/";
+        }
+        ~Group() { _archive._prefix = _outer; }
+        Group( const Group& ) = delete;
+
+      private:
+        Archive& _archive;
+        std::string _outer;
+    };
+
+  private:
+    // A table may have any number of rows; every other shape is given.
+    template <class T>
+    void exchange( const std::string& name, std::vector<T>& values,
+                   std::vector<std::size_t> shape, const bool is_distributed )
+    {
+        if ( !_is_reading )
+        {
+            add( name, { std::move( shape ), values, is_distributed } );
+            return;
+        }
+        auto entry = take( name );
+        auto* list = std::get_if<std::vector<T>>( &entry.values );
+        if ( shape.size() == 2 && entry.shape.size() == 2 )
+            shape[0] = entry.shape[0];
+        if ( !list || entry.shape != shape ||
+             entry.is_distributed != is_distributed )
+            throw ArchiveError( _prefix + name + " has another type or shape" );
+        values = std::move( *list );
+    }
+
+    //! Each entry is read once.
+    Entry take( const std::string& name )
+    {
+        auto found = _entries.extract( _prefix + name );
+        if ( !found )
+            throw ArchiveError( "there is no " + _prefix + name );
+        return std::move( found.mapped() );
+    }
+
+    void add( const std::string& name, Entry entry )
+    {
+        if ( !_entries.emplace( _prefix + name, std::move( entry ) ).second )
+            throw std::logic_error( "a second " + _prefix + name );
+    }
+
+    Entries _entries;
+    bool _is_reading = false;
+    std::string _prefix;
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,78 @@
+/*!
+  \file checkpoint.hpp
+  \brief Layer 6: archives on the disk, to go on with a run.
+
+  A checkpoint is one HDF5 file, `<step, 8 digits>.h5`. Attributes:
+  `machpoint_checkpoint` (its format), `time`, `step` and `checksum`. Datasets:
+  `header`, a JSON text with the revision, the resolved input and the types of
+  the entries; `shared/<name>`, what all ranks share; `rows/<name>`, the rows of
+  rank 0, then those of rank 1, ...; `rows_of_ranks`, how many each rank had.
+*/
+#ifndef MACHPOINT_CHECKPOINT_HPP
+#define MACHPOINT_CHECKPOINT_HPP
+
+#include <core/archive.hpp>
+#include <core/communicator.hpp>
+#include <core/parameters.hpp>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! Of the files that this program writes, and the only one that it reads.
+constexpr std::int64_t checkpoint_format = 1;
+
+/*!
+  \brief Writes a checkpoint, whole or not at all. Collective.
+  \param folder where it goes; it is made
+  \param input resolved
+  \param archive written; holds the real `time` and the integer `step`
+  \return the file
+  \throws IoError; former checkpoints are whole then
+*/
+std::filesystem::path writeCheckpoint( const Communicator& ranks,
+                                       const std::filesystem::path& folder,
+                                       const Json& input,
+                                       const Archive& archive );
+
+//! An archive to read, and where it comes from.
+struct Checkpoint
+{
+    std::filesystem::path file;
+    Archive archive;
+    std::string revision; //!< that wrote it
+    //! Why newer files of the folder were passed over, a line each.
+    std::vector<std::string> complaints;
+};
+
+/*!
+  \brief Reads a checkpoint of a run of this input. Collective.
+
+  As many ranks as wrote it get back their own rows, else each gets as many as
+  the others. `time.end`, `output` and `checkpoint` of the input may differ.
+  \throws IoError when the file cannot be read, is no checkpoint or is damaged
+  \throws InputError when its format or its input is another one
+*/
+Checkpoint readCheckpoint( const Communicator& ranks,
+                           const std::filesystem::path& file,
+                           const Json& input );
+
+//! The same for the newest one of a folder that can be read.
+//! \throws IoError when there is none
+Checkpoint readNewestCheckpoint( const Communicator& ranks,
+                                 const std::filesystem::path& folder,
+                                 const Json& input );
+
+//! Removes all checkpoints of a folder but the last ones. One rank.
+void keepCheckpoints( const std::filesystem::path& folder, std::size_t keep );
+
+//! Removes the checkpoints of later steps. One rank.
+void removeCheckpointsAfter( const std::filesystem::path& folder,
+                             std::int64_t step );
+
+} // namespace Machpoint
+
+#endif

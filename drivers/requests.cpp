@@ -1,0 +1,108 @@
+#include <drivers/requests.hpp>
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <csignal>
+
+namespace Machpoint
+{
+
+namespace
+{
+
+std::atomic<int> stop_signal{ 0 };
+std::atomic<bool> checkpoint_signal{ false };
+static_assert( std::atomic<int>::is_always_lock_free &&
+               std::atomic<bool>::is_always_lock_free );
+
+void rememberSignal( const int signal )
+{
+    if ( signal == SIGUSR1 )
+        checkpoint_signal = true;
+    else
+        stop_signal = signal;
+}
+
+template <class T>
+std::optional<T> optional( const Json& json, const char* key )
+{
+    if ( !json.contains( key ) )
+        return {};
+    return json.at( key ).get<T>();
+}
+
+} // namespace
+
+Requests::Requests( const Communicator& ranks, const Json& checkpoint,
+                    std::filesystem::path stop_file )
+    : _ranks( ranks ),
+      _every_steps( optional<std::int64_t>( checkpoint, "every_steps" ) ),
+      _every_time( optional<Real>( checkpoint, "every_time" ) ),
+      _every_wall_seconds( optional<Real>( checkpoint, "every_wall_seconds" ) ),
+      _stop_file( std::move( stop_file ) )
+{
+    stop_signal = 0;
+    checkpoint_signal = false;
+    _int = std::signal( SIGINT, &rememberSignal );
+    _term = std::signal( SIGTERM, &rememberSignal );
+    _usr1 = std::signal( SIGUSR1, &rememberSignal );
+}
+
+Requests::~Requests()
+{
+    std::signal( SIGINT, _int );
+    std::signal( SIGTERM, _term );
+    std::signal( SIGUSR1, _usr1 );
+}
+
+void Requests::start( const Real time )
+{
+    _time = time;
+    _clock.reset();
+}
+
+Request Requests::next( const Simulation& simulation )
+{
+    // Ranks may see a signal, the file or the clock at different steps.
+    const auto request = static_cast<Request>( static_cast<int>(
+        _ranks.max( static_cast<double>( own( simulation ) ) ) ) );
+    _time = simulation.time();
+    if ( request == Request::stop )
+    {
+        const int signal = static_cast<int>( _ranks.max( stop_signal ) );
+        _reason =
+            signal ? fmt::format( "signal {}", signal ) : _stop_file.string();
+    }
+    return request;
+}
+
+Request Requests::own( const Simulation& simulation )
+{
+    std::error_code error;
+    if ( stop_signal ||
+         ( _ranks.isRoot() && std::filesystem::exists( _stop_file, error ) ) )
+        return Request::stop;
+    const bool is_due =
+        ( _every_steps && simulation.steps() % *_every_steps == 0 ) ||
+        ( _every_time && std::floor( simulation.time() / *_every_time ) >
+                             std::floor( _time / *_every_time ) ) ||
+        ( _every_wall_seconds && _clock.seconds() >= *_every_wall_seconds );
+    return checkpoint_signal.exchange( false ) || is_due ? Request::checkpoint
+                                                         : Request::none;
+}
+
+void Requests::checkpointed()
+{
+    _clock.reset();
+}
+
+void Requests::finish() const
+{
+    std::error_code error;
+    if ( _ranks.isRoot() )
+        std::filesystem::remove( _stop_file, error );
+}
+
+} // namespace Machpoint

@@ -1,0 +1,394 @@
+"""What a run does that is stopped, killed or starved, and then restarted.
+
+The executable comes from MACHPOINT_EXECUTABLE. A run that went through any of
+this must end with the same bytes as one that did not: sums repeat exactly on one
+thread.
+"""
+
+import json
+import os
+import pathlib
+import random
+import re
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+import h5py
+
+EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
+ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false")
+
+FINISHED, NUMERICAL_FAILURE, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
+# What a user never sees.
+ALARMING = re.compile(
+    r"terminate|what\(\)|abort|exception|core dumped|Kokkos|runtime error"
+    r"|Sanitizer|Segmentation|assert", re.IGNORECASE)
+
+# A stream around a body: particles enter, leave, are halved and merged. It takes
+# about two seconds.
+SCENE = {
+    "scene": "restart",
+    "dimension": 2,
+    "grid": {"lower": [0, 0], "upper": [1, 1], "cells": [32, 32]},
+    "method": {"basis": "quadratic", "split_volume": 0.4, "merge_volume": 0.4},
+    "particles": {"per_cell": 4, "placement": "random"},
+    "physics": [{"type": "ideal_gas"}, {"type": "artificial_viscosity"}],
+    "initial": [{"type": "uniform", "density": 1.4, "velocity": [4, 0],
+                 "pressure": 1}],
+    "boundary": [
+        {"type": "inflow", "side": "x_lower", "density": 1.4,
+         "velocity": [4, 0], "pressure": 1},
+        {"type": "outflow", "side": "x_upper"},
+        {"type": "slip_wall", "side": "y_lower"},
+        {"type": "slip_wall", "side": "y_upper"},
+        {"type": "obstacle", "name": "body",
+         "shape": {"type": "sphere", "center": [0.5, 0.5], "radius": 0.12}}],
+    "time": {"end": 0.6},
+    "output": {"every": 0.1},
+    "checkpoint": {"every_steps": 20}
+}
+# Keys of a summary that tell of time, or of this process alone.
+TIMINGS = {"wall_seconds", "particle_updates_per_second", "peak_memory_bytes",
+           "effects", "phases"}
+
+
+def start(*arguments):
+    return subprocess.Popen([EXECUTABLE, "run", *map(str, arguments)],
+                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+
+
+def outputs(directory):
+    """Every dataset and attribute of a run's outputs, and its other files."""
+    found = {}
+    for kind in ["particles", "grid", "exact"]:
+        for path in sorted((directory / kind).glob("*")):
+            with h5py.File(path) as file:
+                name = f"{kind}/{path.name}"
+                found[name] = {key: value.tobytes()
+                               for key, value in file.attrs.items()}
+                for key in file:
+                    if key != "xdmf":
+                        found[name + "/" + key] = (file[key].shape,
+                                                   file[key][()].tobytes())
+    for path in [*directory.glob("*.xdmf"), *directory.glob("series/*")]:
+        found[str(path.relative_to(directory))] = path.read_text()
+    return found
+
+
+def summary(directory):
+    """A run's summary without what differs between equal runs."""
+    whole = json.loads((directory / "summary.json").read_text())
+    return {key: value for key, value in whole.items() if key not in TIMINGS}
+
+
+def checkpoints(directory):
+    return sorted((directory / "checkpoints").glob("*.h5"))
+
+
+class RestartTest(unittest.TestCase):
+    """Gives each test an empty directory and the run that nothing disturbed."""
+
+    @classmethod
+    def setUpClass(cls):
+        scratch = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(scratch.cleanup)
+        cls.scratch = pathlib.Path(scratch.name)
+        cls.input = cls.scratch / "restart.json"
+        cls.input.write_text(json.dumps(SCENE))
+        cls.whole = cls.scratch / "whole"
+        begin = time.monotonic()
+        process = start(cls.input, "--output", cls.whole)
+        text = process.communicate(timeout=120)
+        cls.seconds = time.monotonic() - begin
+        assert process.returncode == FINISHED, text
+
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.directory = pathlib.Path(scratch.name)
+        self.output = self.directory / "out"
+
+    def start(self, *arguments):
+        process = start(self.input, "--output", self.output, *arguments)
+
+        def finish():
+            process.kill()
+            process.communicate()
+
+        self.addCleanup(finish)
+        return process
+
+    def run_code(self, code, *arguments):
+        """Runs to an end of this exit code. Returns what stderr said."""
+        process = self.start(*arguments)
+        stdout, stderr = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, code, stdout + stderr)
+        self.assertNotRegex(stdout + stderr, ALARMING)
+        return stderr
+
+    def wait_for(self, process, count, pattern):
+        """Until there are so many files."""
+        deadline = time.monotonic() + 60
+        while len(list(self.output.glob(pattern))) < count:
+            self.assertIsNone(process.poll(), "the run has ended by itself")
+            self.assertLess(time.monotonic(), deadline, f"no {pattern}")
+            time.sleep(0.005)
+
+    def assertSameRun(self, **but):
+        """This run left what the undisturbed one did, but for some keys."""
+        expected, found = outputs(self.whole), outputs(self.output)
+        self.assertGreater(len(expected), 7 * 13)  # seven times
+        self.assertEqual(sorted(found), sorted(expected))
+        self.assertEqual([name for name in expected
+                          if found[name] != expected[name]], [])
+        expected, found = summary(self.whole), summary(self.output)
+        expected["input"]["checkpoint"] = found["input"]["checkpoint"]
+        self.assertEqual(found, {**expected, **but})
+
+    def assert_stopped(self, process):
+        stdout, stderr = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, STOPPED_EARLY, stdout + stderr)
+        self.assertIn("--restart latest", stderr)
+        self.assertLess(summary(self.output)["final_time"], 0.6)
+        # The state of the stop is written, and kept to go on from.
+        self.assertEqual(int(checkpoints(self.output)[-1].stem),
+                         summary(self.output)["steps"])
+        return stderr
+
+
+class Stopped(RestartTest):
+    def test_signals(self):
+        for number in [signal.SIGINT, signal.SIGTERM]:
+            with self.subTest(signal=number):
+                self.output = self.directory / number.name
+                # Without a word of checkpoints in the input.
+                free = ["--set", "checkpoint={}"]
+                process = self.start(*free)
+                self.wait_for(process, 3, "particles/*.h5")
+                process.send_signal(number)
+                self.assert_stopped(process)
+                stderr = self.run_code(FINISHED, *free, "--restart", "latest")
+                self.assertIn("goes on from", stderr)
+                self.assertSameRun()
+                self.assertEqual(len(checkpoints(self.output)), 1)
+
+    def test_stop_file(self):
+        process = self.start()
+        self.wait_for(process, 2, "particles/*.h5")
+        (self.output / "stop").touch()
+        stderr = self.assert_stopped(process)
+        self.assertIn(str(self.output / "stop"), stderr)
+        self.assertFalse((self.output / "stop").exists())
+        self.run_code(FINISHED, "--restart", "latest")
+        self.assertSameRun()
+
+    def test_max_steps(self):
+        self.run_code(FINISHED, "--max-steps", 33)
+        self.assertEqual([int(path.stem) for path in checkpoints(self.output)],
+                         [20, 33])
+        self.run_code(FINISHED, "--max-steps", 34, "--restart", "latest")
+        self.run_code(FINISHED, "--restart", "latest")
+        self.assertSameRun()
+
+    def test_user_signal_keeps_the_state_and_goes_on(self):
+        process = self.start("--set", "checkpoint={}")
+        self.wait_for(process, 2, "particles/*.h5")
+        self.assertEqual(checkpoints(self.output), [])
+        process.send_signal(signal.SIGUSR1)
+        self.wait_for(process, 1, "checkpoints/*.h5")
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, FINISHED)
+        self.assertEqual(len(checkpoints(self.output)), 1)
+        self.assertSameRun()
+
+    def test_killed_at_any_moment(self):
+        rng = random.Random(7)
+        kills = 0
+        while kills < 5:
+            known = checkpoints(self.output)
+            process = self.start(*(["--restart", "latest"] if known
+                                   else ["--overwrite"]))
+            try:
+                process.communicate(timeout=rng.uniform(0.2, 0.8)
+                                    * self.seconds)
+                self.assertEqual(process.returncode, FINISHED)
+                # It was too fast: again from the last checkpoint but one.
+                checkpoints(self.output)[-1].unlink()
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.communicate(timeout=60)
+                kills += 1
+        self.run_code(FINISHED, *(["--restart", "latest"]
+                                  if checkpoints(self.output)
+                                  else ["--overwrite"]))
+        self.assertSameRun()
+
+
+class Kept(RestartTest):
+    def test_last_ones_are_kept(self):
+        self.run_code(FINISHED, "--max-steps", 50, "--set",
+                      'checkpoint={"every_steps":10,"keep":3}')
+        self.assertEqual([int(path.stem) for path in checkpoints(self.output)],
+                         [30, 40, 50])
+        self.assertEqual(list(self.output.rglob("*.tmp")), [])
+
+    def test_every_time(self):
+        self.run_code(FINISHED, "--set",
+                      'checkpoint={"every_time":0.15,"keep":9}')
+        times = []
+        for path in checkpoints(self.output):
+            with h5py.File(path) as file:
+                times.append(file.attrs["time"])
+        self.assertEqual(len(times), 4)
+        for number, at in enumerate(times, 1):
+            self.assertGreaterEqual(at, 0.15 * number - 1e-12)
+            self.assertLess(at, 0.15 * number + 0.02)
+        self.assertSameRun()  # steps are not cut for checkpoints
+
+    def test_every_wall_seconds(self):
+        self.run_code(FINISHED, "--max-steps", 5, "--set",
+                      'checkpoint={"every_wall_seconds":1e-9,"keep":9}')
+        self.assertEqual(len(checkpoints(self.output)), 5)
+        self.output = self.directory / "never"
+        self.run_code(FINISHED, "--max-steps", 5, "--set",
+                      'checkpoint={"every_wall_seconds":1e9}')
+        self.assertEqual(len(checkpoints(self.output)), 1)  # that of the end
+
+    def test_none_unless_asked_for(self):
+        self.run_code(FINISHED, "--max-steps", 5, "--set", "checkpoint={}")
+        self.assertFalse((self.output / "checkpoints").exists())
+
+    def test_overwrite_removes_them(self):
+        self.run_code(FINISHED, "--max-steps", 40)
+        (self.output / "stop").touch()
+        self.run_code(IO_FAILURE)  # holds a run
+        self.run_code(FINISHED, "--overwrite", "--set", "checkpoint={}")
+        self.assertEqual(checkpoints(self.output), [])
+        self.assertSameRun()
+
+
+class Restarted(RestartTest):
+    def setUp(self):
+        super().setUp()
+        self.run_code(FINISHED, "--max-steps", 47)
+
+    def contents(self):
+        return {path: path.read_bytes() for path in self.output.rglob("*")
+                if path.is_file()}
+
+    def test_falls_back_from_a_truncated_file(self):
+        newest, former = reversed(checkpoints(self.output))
+        with open(newest, "r+b") as file:
+            file.truncate(newest.stat().st_size // 2)
+        stderr = self.run_code(FINISHED, "--restart", "latest")
+        self.assertIn(str(newest), stderr)
+        self.assertIn(f"falls back to {former}", stderr)
+        self.assertSameRun()
+
+    def test_from_a_named_file(self):
+        self.run_code(FINISHED, "--restart", checkpoints(self.output)[0])
+        self.assertSameRun()
+
+    def test_into_another_directory(self):
+        file = checkpoints(self.output)[-1]
+        self.output = self.directory / "other"
+        self.run_code(FINISHED, "--restart", file)
+        found, expected = outputs(self.output), outputs(self.whole)
+        for name, value in found.items():
+            if not name.endswith(".xdmf"):
+                self.assertEqual(value, expected[name], name)
+        last = max((self.whole / "particles").glob("*.h5")).name
+        self.assertIn(f"particles/{last}", found)
+        # Its collections list what is there, and no more.
+        listed = re.findall(r"particles/\d+\.h5",
+                            (self.output / "particles.xdmf").read_text())
+        self.assertEqual(set(listed), {name for name in found
+                                       if name.count("/") == 1
+                                       and name.startswith("particles")})
+        self.assertEqual(summary(self.output), summary(self.whole))
+
+    def test_to_a_later_end(self):
+        self.run_code(FINISHED, "--restart", "latest")
+        self.run_code(FINISHED, "--restart", "latest", "--set", "time.end=0.65",
+                      "--set", "output.every=0.13")
+        self.assertEqual(summary(self.output)["final_time"], 0.65)
+
+    def test_another_scene_is_refused(self):
+        before = self.contents()
+        for change, words in [
+                ("grid.cells=[32,33]", ["/grid/cells/1", "33", "32"]),
+                ("scene=other", ["/scene", "other", "restart"]),
+                ("method.name=apic", ["/method/name", "apic", "conservative"]),
+                ("method.basis=cubic", ["/method/basis", "cubic", "quadratic"]),
+                ("time.cfl=0.3", ["/time/cfl", "0.3", "0.8"]),
+                ("particles.seed=2", ["/particles/seed", "2", "1"]),
+                ("boundary.4.shape.radius=0.13",
+                 ["/boundary/4/shape/radius", "0.13", "0.12"])]:
+            with self.subTest(change=change):
+                more = ["--set", "method={}"] if "apic" in change else []
+                stderr = self.run_code(WRONG_INPUT, "--restart", "latest",
+                                       *more, "--set", change)
+                if more:
+                    words = ["/method"]
+                for word in [*words, str(self.input)]:
+                    self.assertIn(word, stderr)
+        self.assertEqual(self.contents(), before)
+
+    def test_what_is_no_checkpoint_is_refused(self):
+        text = self.directory / "text.h5"
+        text.write_text("no checkpoint")
+        for file in [text, self.directory / "absent.h5", self.directory,
+                     next((self.output / "particles").glob("*.h5"))]:
+            with self.subTest(file=file):
+                before = self.contents()
+                stderr = self.run_code(IO_FAILURE, "--restart", file)
+                self.assertIn(str(file), stderr)
+                self.assertEqual(self.contents(), before)
+
+    def test_no_checkpoint_to_fall_back_to(self):
+        for file in checkpoints(self.output):
+            file.write_bytes(random.Random(3).randbytes(5000))
+        stderr = self.run_code(IO_FAILURE, "--restart", "latest")
+        for file in checkpoints(self.output):
+            self.assertIn(str(file), stderr)
+        self.output = self.directory / "nothing"
+        self.run_code(IO_FAILURE, "--restart", "latest")
+        self.assertFalse(self.output.exists())
+
+
+class FullDisk(RestartTest):
+    def test_the_former_checkpoint_stays_whole(self):
+        self.output.mkdir()
+        self.run_code(FINISHED, "--set", "output.particles=false", "--set",
+                      "output.grid=false", "--max-steps", 20, "--overwrite")
+        size = checkpoints(self.output)[0].stat().st_size
+        room = (3 * size // 2) // 1024
+        disk = self.directory / "disk"
+        disk.mkdir()
+        mount = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={room}k",
+                                "tmpfs", str(disk)], capture_output=True)
+        if mount.returncode != 0:
+            self.skipTest("mounting a small tmpfs is not permitted")
+        self.addCleanup(subprocess.run, ["umount", str(disk)], check=True)
+        self.output = disk / "out"
+        quiet = ["--set", "output.particles=false", "--set",
+                 "output.grid=false", "--set", "checkpoint.every_steps=20"]
+        stderr = self.run_code(IO_FAILURE, *quiet)
+        self.assertIn("No space left", stderr)
+        self.assertIn("00000040.h5", stderr)
+        self.assertEqual([path.name for path in checkpoints(self.output)],
+                         ["00000020.h5"])
+        self.assertEqual(list(self.output.rglob("*.tmp")), [])
+        file = checkpoints(self.output)[0]
+        self.output = self.directory / "roomy"
+        self.run_code(FINISHED, *quiet, "--restart", file)
+        self.assertEqual(summary(self.output)["steps"],
+                         summary(self.whole)["steps"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,502 @@
+// Checkpoints: a run that is read back goes on as if nothing had happened, and
+// a file that does not belong is refused.
+#include "scenes.hpp"
+
+#include <core/checkpoint.hpp>
+#include <core/hdf5_file.hpp>
+#include <core/random.hpp>
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <fstream>
+#include <tuple>
+
+#include <unistd.h>
+
+namespace
+{
+
+using namespace Machpoint;
+using namespace Test;
+
+constexpr std::int64_t first_made_id = std::int64_t( 1 ) << 60;
+
+//! A gas with a shock in a closed box, or a stream around a body.
+Json scene( const std::string& method, const int dimension, const bool is_open )
+{
+    Json input;
+    if ( is_open )
+    {
+        input = box( dimension, dimension == 1 ? 60 : 24, 2, method,
+                     "quadratic", "slip_wall" );
+        auto velocity = repeat( dimension, 0.0 );
+        velocity[0] = 6.0;
+        input["initial"][0]["velocity"] = velocity;
+        input["boundary"][0] = { { "type", "inflow" },
+                                 { "side", "x_lower" },
+                                 { "density", 1.4 },
+                                 { "velocity", velocity },
+                                 { "pressure", 1 } };
+        input["boundary"][1] = { { "type", "outflow" }, { "side", "x_upper" } };
+        auto center = repeat( dimension, 0.5 );
+        input["boundary"].push_back( { { "type", "obstacle" },
+                                       { "name", "body" },
+                                       { "shape",
+                                         { { "type", "sphere" },
+                                           { "center", center },
+                                           { "radius", 0.15 } } } } );
+    }
+    else
+        input = shockTube( dimension, dimension == 1 ? 60 : 20, 2, method,
+                           "quadratic" );
+    input["particles"]["placement"] = "random";
+    addViscosity( input );
+    if ( method == "conservative" )
+    {
+        input["method"]["split_volume"] = 0.4;
+        input["method"]["merge_volume"] = 0.4;
+    }
+    return input;
+}
+
+Archive::Entries save( Simulation& simulation )
+{
+    Archive archive;
+    simulation.checkpoint( archive );
+    return archive.entries();
+}
+
+void load( Simulation& simulation, Archive::Entries entries )
+{
+    Archive archive( std::move( entries ) );
+    simulation.checkpoint( archive );
+    EXPECT_TRUE( archive.entries().empty() ) << "entries that nobody read";
+}
+
+//! Names of the entries that differ in any bit.
+std::vector<std::string> differences( const Archive::Entries& a,
+                                      const Archive::Entries& b )
+{
+    std::vector<std::string> names;
+    for ( const auto& [name, entry] : a )
+    {
+        const auto other = b.find( name );
+        const bool same =
+            other != b.end() && entry.shape == other->second.shape &&
+            entry.is_distributed == other->second.is_distributed &&
+            entry.values.index() == other->second.values.index() &&
+            std::visit(
+                [&]( const auto& values )
+                {
+                    using List = std::decay_t<decltype( values )>;
+                    const auto& list = std::get<List>( other->second.values );
+                    return values.size() == list.size() &&
+                           std::memcmp( values.data(), list.data(),
+                                        values.size() * sizeof( values[0] ) ) ==
+                               0;
+                },
+                entry.values );
+        if ( !same )
+            names.push_back( name );
+    }
+    for ( const auto& [name, entry] : b )
+        if ( !a.contains( name ) )
+            names.push_back( name );
+    return names;
+}
+
+template <class T>
+const std::vector<T>& values( const Archive::Entries& entries,
+                              const std::string& name )
+{
+    return std::get<std::vector<T>>( entries.at( name ).values );
+}
+
+const std::vector<std::string> none;
+
+class AnyScene
+    : public testing::TestWithParam<std::tuple<std::string, int, bool>>
+{
+  protected:
+    Json input() const
+    {
+        const auto& [method, dimension, is_open] = GetParam();
+        return scene( method, dimension, is_open );
+    }
+};
+
+//! Threads and devices add in an order of their own.
+bool repeatsExactly()
+{
+    return ExecutionSpace().concurrency() == 1;
+}
+
+// Nothing that a module or the stepper carries is forgotten.
+TEST_P( AnyScene, goesOnAlike )
+{
+    if ( !repeatsExactly() )
+        GTEST_SKIP() << "sums repeat exactly on one thread alone";
+    constexpr int half = 43; // between two sorts, and two merges
+    auto whole = simulate( input() );
+    advance( *whole, half );
+    const auto middle = save( *whole );
+    advance( *whole, half );
+    const auto end = save( *whole );
+    EXPECT_NE( differences( middle, end ), none );
+
+    auto second = simulate( input() );
+    load( *second, middle );
+    EXPECT_EQ( second->steps(), half );
+    advance( *second, half );
+    EXPECT_EQ( differences( save( *second ), end ), none );
+}
+
+// So also on threads and devices.
+TEST_P( AnyScene, isReadAsItWasWritten )
+{
+    auto first = simulate( input() );
+    advance( *first, 12 );
+    const auto written = save( *first );
+    auto second = simulate( input() );
+    EXPECT_NE( differences( save( *second ), written ), none );
+    load( *second, written );
+    EXPECT_EQ( differences( save( *second ), written ), none );
+    EXPECT_EQ( second->particles(), first->particles() );
+    EXPECT_EQ( second->limiter(), first->limiter() );
+    EXPECT_EQ( second->totals().mass, first->totals().mass );
+    EXPECT_EQ( second->ledger().mass_in, first->ledger().mass_in );
+    EXPECT_EQ( second->extrema().max_mach, first->extrema().max_mach );
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, AnyScene,
+    testing::Combine( testing::Values( "paper", "apic", "conservative" ),
+                      testing::Values( 1, 2 ), testing::Bool() ),
+    []( const auto& info )
+    {
+        return fmt::format( "{}{}D{}", std::get<0>( info.param ),
+                            std::get<1>( info.param ),
+                            std::get<2>( info.param ) ? "open" : "closed" );
+    } );
+
+// The scenes above would not tell much if particles stayed what they are.
+TEST( Checkpoint, scenesEnterLeaveSplitAndMerge )
+{
+    auto run = simulate( scene( "conservative", 2, true ) );
+    const auto start = save( *run );
+    advance( *run, 43 );
+    const auto end = save( *run );
+    EXPECT_GT( values<std::int64_t>( end, "next_id" )[0], first_made_id );
+    EXPECT_GT( run->ledger().mass_in, 0 );
+    EXPECT_GT( run->ledger().mass_out, 0 );
+    EXPECT_EQ( values<Real>( end, "modules/2 obstacle body/series" ).size(),
+               43u * 4 );
+    // Heavier than any of the start: merged.
+    auto heaviest = []( const Archive::Entries& entries )
+    {
+        const auto& mass = values<Real>( entries, "particles/mass" );
+        return *std::max_element( mass.begin(), mass.end() );
+    };
+    EXPECT_GT( heaviest( end ), 1.01 * heaviest( start ) );
+}
+
+// What the equality of goesOnAlike rests on: a wrong value shows.
+TEST( Checkpoint, everyValueCounts )
+{
+    if ( !repeatsExactly() )
+        GTEST_SKIP() << "sums repeat exactly on one thread alone";
+    const auto input = scene( "conservative", 2, true );
+    auto run = simulate( input );
+    advance( *run, 23 );
+    const auto middle = save( *run );
+    advance( *run, 20 );
+    const auto end = save( *run );
+    for ( const std::string name :
+          { "time", "time_step", "ledger/mass_in", "extrema/max_mach",
+            "modules/3 inflow x_lower/advanced", "particles/volume",
+            "particles/velocity_gradient", "particles/Machpoint::drift/1",
+            "particles/Machpoint::history/0" } )
+    {
+        auto wrong = middle;
+        auto& list = std::get<std::vector<Real>>( wrong.at( name ).values );
+        for ( auto& value : list )
+            value *= name == "extrema/max_mach" ? 100 : 1.01;
+        auto second = simulate( input );
+        load( *second, wrong );
+        advance( *second, 20 );
+        EXPECT_NE( differences( save( *second ), end ), none ) << name;
+    }
+}
+
+// A step that breaks the gas right after a restart has a state to return to.
+TEST( Checkpoint, failuresReturnToTheStateThatWasRead )
+{
+    const auto input = scene( "conservative", 1, false );
+    auto run = simulate( input );
+    advance( *run, 5 );
+    auto entries = save( *run );
+    std::get<std::vector<Real>>( entries.at( "particles/volume" ).values )[0] =
+        -1;
+    auto second = simulate( input );
+    load( *second, entries );
+    EXPECT_THROW( second->step( 1e9 ), NumericalFailure );
+    EXPECT_EQ( second->particles(), run->particles() );
+    EXPECT_EQ( second->steps(), 5 );
+}
+
+TEST( Checkpoint, archivesRefuseWhatDoesNotFit )
+{
+    auto run = simulate( scene( "conservative", 2, true ) );
+    advance( *run, 3 );
+    const auto good = save( *run );
+    auto refuses = [&]( const Archive::Entries& entries )
+    {
+        Archive archive( entries );
+        auto second = simulate( scene( "conservative", 2, true ) );
+        EXPECT_THROW( second->checkpoint( archive ), ArchiveError );
+    };
+    for ( const auto& [name, entry] : good )
+    {
+        auto entries = good;
+        entries.erase( name );
+        refuses( entries );
+    }
+    auto entries = good; // a sidecar shorter than the particles
+    auto& table = entries.at( "particles/Machpoint::history/1" );
+    --table.shape.at( 0 );
+    std::get<std::vector<Real>>( table.values ).pop_back();
+    refuses( entries );
+    entries = good; // a number that is a text
+    entries.at( "time" ) = { {}, std::string( "soon" ) };
+    refuses( entries );
+    Archive twice;
+    Real value = 1;
+    twice( "value", value );
+    EXPECT_THROW( twice( "value", value ), std::logic_error );
+}
+
+// --- Files -------------------------------------------------------------------
+
+#ifdef MACHPOINT_ENABLE_HDF5
+
+namespace fs = std::filesystem;
+
+std::vector<char> bytesOf( const fs::path& file )
+{
+    std::ifstream stream( file, std::ios::binary );
+    return { std::istreambuf_iterator<char>( stream ), {} };
+}
+
+void writeBytes( const fs::path& file, const std::vector<char>& bytes )
+{
+    std::ofstream( file, std::ios::binary )
+        .write( bytes.data(), static_cast<std::streamsize>( bytes.size() ) );
+}
+
+template <class Error>
+std::string messageOf( const fs::path& file, const Json& input )
+{
+    try
+    {
+        readCheckpoint( Communicator(), file, input );
+    }
+    catch ( const Error& error )
+    {
+        return error.what();
+    }
+    ADD_FAILURE() << file << " was read";
+    return {};
+}
+
+//! A folder with the checkpoints of a run, of steps 3 and 6.
+class File : public testing::Test
+{
+  protected:
+    File()
+        : _input( resolveInput( scene( "conservative", 2, true ), "test" ) ),
+          _run( makeSimulation( _input ) )
+    {
+        for ( auto* file : { &_first, &_second } )
+        {
+            advance( *_run, 3 );
+            Archive archive;
+            _run->checkpoint( archive );
+            *file = writeCheckpoint( Communicator(), _folder, _input, archive );
+        }
+    }
+    ~File() override { fs::remove_all( _folder ); }
+
+    fs::path _folder = fs::temp_directory_path() /
+                       fmt::format( "machpoint_checkpoints_{}", ::getpid() );
+    Json _input;
+    std::unique_ptr<Simulation> _run;
+    fs::path _first, _second;
+};
+
+TEST_F( File, holdsTheArchive )
+{
+    EXPECT_EQ( _second.filename(), "00000006.h5" );
+    const auto read = readCheckpoint( Communicator(), _second, _input );
+    EXPECT_EQ( differences( read.archive.entries(), save( *_run ) ), none );
+    EXPECT_FALSE( read.revision.empty() );
+    EXPECT_EQ( std::distance( fs::directory_iterator( _folder ), {} ), 2 );
+}
+
+TEST_F( File, truncatedFilesAreRefused )
+{
+    const auto size = fs::file_size( _second );
+    for ( const auto length :
+          { size * 9 / 10, size / 2, size / 3, std::uintmax_t( 100 ),
+            std::uintmax_t( 8 ), std::uintmax_t( 0 ) } )
+    {
+        fs::resize_file( _second, length );
+        const auto message = messageOf<IoError>( _second, _input );
+        EXPECT_NE( message.find( _second.string() ), std::string::npos );
+    }
+}
+
+// A byte that counts for nothing may change; any other is noticed.
+TEST_F( File, damagedFilesAreRefused )
+{
+    const auto whole = bytesOf( _second );
+    const auto expected = save( *_run );
+    int refused = 0;
+    constexpr int draws = 400;
+    for ( int k = 0; k < draws; ++k )
+    {
+        auto bytes = whole;
+        // Half of them where HDF5 keeps its own books.
+        const auto room = k % 2 ? bytes.size() : std::size_t( 4096 );
+        const auto place = static_cast<std::size_t>(
+            uniformRandom( 5, k, 0 ) * static_cast<Real>( room ) );
+        bytes[place] = static_cast<char>(
+            bytes[place] ^
+            static_cast<char>( 1 + 254 * uniformRandom( 5, k, 1 ) ) );
+        writeBytes( _second, bytes );
+        try
+        {
+            const auto read = readCheckpoint( Communicator(), _second, _input );
+            EXPECT_EQ( differences( read.archive.entries(), expected ), none )
+                << "byte " << place;
+        }
+        catch ( const IoError& )
+        {
+            ++refused;
+        }
+        catch ( const InputError& ) // the format's number
+        {
+            ++refused;
+        }
+    }
+    EXPECT_GT( refused, draws / 3 );
+    EXPECT_LT( refused, draws );
+    std::vector<char> noise( 20000 );
+    for ( std::size_t k = 0; k < noise.size(); ++k )
+        noise[k] = static_cast<char>( 255 * uniformRandom( 6, k, 0 ) );
+    writeBytes( _second, noise );
+    messageOf<IoError>( _second, _input );
+}
+
+TEST_F( File, foreignFilesAreRefused )
+{
+    const std::vector<double> x = { 1, 2 };
+    const auto file = _folder / "foreign.h5";
+    writeHdf5( Communicator(), file, {}, { { "position", { 2 }, x.data() } } );
+    EXPECT_NE( messageOf<IoError>( file, _input ).find( "no checkpoint" ),
+               std::string::npos );
+    messageOf<IoError>( _folder / "absent.h5", _input );
+    messageOf<IoError>( _folder, _input );
+}
+
+TEST_F( File, otherFormatsAreRefused )
+{
+    const std::vector<unsigned char> header = { '{', '}' };
+    for ( const std::int64_t format : { 0, 2, 99 } )
+    {
+        const auto file = _folder / "format.h5";
+        writeHdf5(
+            Communicator(), file,
+            { { "machpoint_checkpoint", {}, &format, Dataset::Type::integer } },
+            { { "header", { 2 }, header.data(), Dataset::Type::byte } } );
+        EXPECT_NE( messageOf<InputError>( file, _input )
+                       .find( fmt::format( "has format {}", format ) ),
+                   std::string::npos );
+    }
+}
+
+TEST_F( File, otherScenesAreRefused )
+{
+    const std::vector<std::tuple<std::string, Json, std::string>> changes = {
+        { "/scene", "other", "/scene is \"other\" here, but \"test\" in" },
+        { "/dimension", 3, "/dimension is 3 here, but 2 in" },
+        { "/grid/cells/1", 25, "/grid/cells/1 is 25 here, but 24 in" },
+        { "/method/basis", "cubic", "/method/basis is \"cubic\" here, but" },
+        { "/method/name", "apic", "/method/name is \"apic\" here, but" },
+        { "/time/retries", 3, "/time/retries is 3 here, but 10 in" },
+        { "/boundary/4/shape/radius", 0.2, "/boundary/4/shape/radius is 0.2" },
+        { "/boundary/5", Json::object(), "/boundary/5 is {} here, but absent" },
+        { "/physics", Json::array(), "/physics/0 is absent here, but {" },
+        { "/exact", Json::object(), "/exact is {} here, but absent" } };
+    for ( const auto& [place, value, words] : changes )
+    {
+        auto other = _input;
+        other[Json::json_pointer( place )] = value;
+        const auto message = messageOf<InputError>( _second, other );
+        EXPECT_NE( message.find( words ), std::string::npos ) << message;
+        EXPECT_NE( message.find( _second.string() ), std::string::npos );
+        // Older ones are of the same scene.
+        EXPECT_THROW( readNewestCheckpoint( Communicator(), _folder, other ),
+                      InputError );
+    }
+}
+
+TEST_F( File, whatIsWrittenAndWhenMayDiffer )
+{
+    auto other = _input;
+    other["time"]["end"] = 7;
+    other["output"]["every"] = 0.5;
+    other["checkpoint"] = { { "keep", 5 } };
+    const auto read = readCheckpoint( Communicator(), _second, other );
+    EXPECT_FALSE( read.archive.entries().empty() );
+}
+
+TEST_F( File, theNewestThatCanBeReadIsTaken )
+{
+    const auto newest = [&]
+    { return readNewestCheckpoint( Communicator(), _folder, _input ); };
+    EXPECT_EQ( newest().file, _second );
+    EXPECT_TRUE( newest().complaints.empty() );
+    writeBytes( _folder / "notes.h5", {} );
+    writeBytes( _folder / "100000000.h5", { 'n', 'o' } ); // of nine digits
+    EXPECT_EQ( newest().file, _second );
+    fs::resize_file( _second, 1000 );
+    const auto read = newest();
+    EXPECT_EQ( read.file, _first );
+    ASSERT_EQ( read.complaints.size(), 2u );
+    EXPECT_NE( read.complaints[1].find( _second.string() ), std::string::npos );
+    fs::resize_file( _first, 1000 );
+    EXPECT_THROW( newest(), IoError );
+    fs::remove_all( _folder );
+    EXPECT_THROW( newest(), IoError );
+}
+
+TEST_F( File, onlyCheckpointsAreRemoved )
+{
+    const auto notes = _folder / "notes.h5";
+    writeBytes( notes, {} );
+    keepCheckpoints( _folder, 2 );
+    EXPECT_TRUE( fs::exists( _first ) );
+    keepCheckpoints( _folder, 1 );
+    EXPECT_FALSE( fs::exists( _first ) );
+    EXPECT_TRUE( fs::exists( _second ) );
+    removeCheckpointsAfter( _folder, 6 );
+    EXPECT_TRUE( fs::exists( _second ) );
+    removeCheckpointsAfter( _folder, 5 );
+    EXPECT_FALSE( fs::exists( _second ) );
+    EXPECT_TRUE( fs::exists( notes ) );
+}
+
+#endif
+
+} // namespace

@@ -1,0 +1,189 @@
+/*!
+  \file tstMpiCheckpoint.cpp
+  \brief Checkpoints of several ranks: each gets its own rows back.
+*/
+#include <core/checkpoint.hpp>
+#include <core/hdf5_file.hpp>
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <numeric>
+
+namespace fs = std::filesystem;
+using namespace Machpoint;
+
+namespace
+{
+
+//! A folder that all ranks share, gone with the test.
+class MpiCheckpoint : public ::testing::Test
+{
+  protected:
+    void SetUp() override
+    {
+        try
+        {
+            requireHdf5( _ranks );
+        }
+        catch ( const IoError& error )
+        {
+            GTEST_SKIP() << error.what();
+        }
+        auto pattern =
+            ( fs::temp_directory_path() / "machpoint_XXXXXX" ).string();
+        if ( _ranks.isRoot() && ::mkdtemp( pattern.data() ) == nullptr )
+            _ranks.abort( 1 );
+        _scratch = _ranks.fromRoot( pattern );
+    }
+    void TearDown() override
+    {
+        _ranks.any( false ); // all have read what they wanted
+        if ( _ranks.isRoot() )
+            fs::remove_all( _scratch );
+    }
+
+    //! Rank r has the rows before( r ) to before( r + 1 ); the first has none.
+    static std::int64_t before( const int r ) { return r * ( r - 1 ) / 2 * 7; }
+
+    //! What a rank carries: its rows of a table, and what all share.
+    struct Carried
+    {
+        Real time = 0.5;
+        std::int64_t step = 12;
+        std::string limiter = "wave speed";
+        std::vector<Real> series = { 1, 2, 3, 4 };
+        std::vector<Real> x;
+        std::vector<std::int64_t> id;
+
+        void checkpoint( Archive& archive )
+        {
+            archive( "time", time );
+            archive( "step", step );
+            archive( "limiter", limiter );
+            archive.table( "series", series, 2 );
+            archive.rows( "particles/x", x, 2 );
+            archive.rows( "particles/id", id, 1 );
+        }
+    };
+
+    Carried own() const
+    {
+        Carried carried;
+        for ( auto row = before( _ranks.rank() );
+              row < before( _ranks.rank() + 1 ); ++row )
+        {
+            carried.id.push_back( row );
+            carried.x.push_back( 0.5 * static_cast<Real>( row ) );
+            carried.x.push_back( -static_cast<Real>( row ) );
+        }
+        return carried;
+    }
+
+    fs::path write() const
+    {
+        Archive archive;
+        own().checkpoint( archive );
+        return writeCheckpoint( _ranks, _scratch / "checkpoints", _input,
+                                archive );
+    }
+
+    Communicator _ranks;
+    fs::path _scratch;
+    Json _input = { { "scene", "test" } };
+};
+
+TEST_F( MpiCheckpoint, everyRankGetsItsOwnRowsBack )
+{
+    auto read = readCheckpoint( _ranks, write(), _input );
+    Carried carried{ 0, 0, "", {}, {}, {} };
+    carried.checkpoint( read.archive );
+    const auto expected = own();
+    EXPECT_EQ( carried.time, expected.time );
+    EXPECT_EQ( carried.step, expected.step );
+    EXPECT_EQ( carried.limiter, expected.limiter );
+    EXPECT_EQ( carried.series, expected.series );
+    EXPECT_EQ( carried.x, expected.x );
+    EXPECT_EQ( carried.id, expected.id );
+}
+
+// A file that one rank wrote is read by any number of them.
+TEST_F( MpiCheckpoint, otherNumbersOfRanksShareTheRows )
+{
+    if ( _ranks.size() == 1 )
+        GTEST_SKIP() << "needs another number of ranks than one";
+    const auto file = write();
+    // The same, but for the one dataset that tells who had which rows.
+    const auto total = before( _ranks.size() );
+    const Hdf5Reader reader( file );
+    const auto header = reader.read<unsigned char>( "header" );
+    const auto checksum = reader.attribute<std::int64_t>( "checksum" );
+    const auto x = reader.read<Real>( "rows/particles/x" );
+    const auto id = reader.read<std::int64_t>( "rows/particles/id" );
+    const auto time = reader.read<Real>( "shared/time" );
+    const auto step = reader.read<std::int64_t>( "shared/step" );
+    const auto series = reader.read<Real>( "shared/series" );
+    const auto limiter = reader.read<unsigned char>( "shared/limiter" );
+    const auto rows = static_cast<std::size_t>( total );
+    const auto copy = _scratch / "one.h5";
+    writeHdf5(
+        _ranks, copy,
+        { { "machpoint_checkpoint",
+            {},
+            &checkpoint_format,
+            Dataset::Type::integer },
+          { "checksum", {}, checksum.data(), Dataset::Type::integer } },
+        { { "header", { header.size() }, header.data(), Dataset::Type::byte },
+          { "rows_of_ranks", { 1 }, &total, Dataset::Type::integer },
+          { "rows/particles/x", { rows, 2 }, x.data() },
+          { "rows/particles/id",
+            { rows, 1 },
+            id.data(),
+            Dataset::Type::integer },
+          { "shared/time", {}, time.data() },
+          { "shared/step", {}, step.data(), Dataset::Type::integer },
+          { "shared/series", { 2, 2 }, series.data() },
+          { "shared/limiter",
+            { limiter.size() },
+            limiter.data(),
+            Dataset::Type::byte } } );
+    auto read = readCheckpoint( _ranks, copy, _input );
+    Carried carried{ 0, 0, "", {}, {}, {} };
+    carried.checkpoint( read.archive );
+    EXPECT_EQ( carried.series, own().series );
+    EXPECT_EQ( carried.x.size(), 2 * carried.id.size() );
+    EXPECT_LE( std::abs( static_cast<std::int64_t>( carried.id.size() ) -
+                         total / _ranks.size() ),
+               1 );
+    std::vector<std::int64_t> all( rows );
+    std::iota( all.begin(), all.end(), 0 );
+    EXPECT_EQ( _ranks.gatherAll( carried.id ), all );
+}
+
+// One byte in the rows of one rank is noticed by all.
+TEST_F( MpiCheckpoint, damageIsAnErrorOnAllRanks )
+{
+    const auto file = write();
+    if ( _ranks.isRoot() )
+    {
+        std::fstream stream( file,
+                             std::ios::in | std::ios::out | std::ios::binary );
+        const std::string bytes( std::istreambuf_iterator<char>( stream ), {} );
+        const auto place = bytes.find( "wave speed" );
+        ASSERT_NE( place, std::string::npos );
+        stream.seekp( static_cast<std::streamoff>( place ) );
+        stream.put( 'W' );
+    }
+    _ranks.any( false );
+    EXPECT_THROW( readCheckpoint( _ranks, file, _input ), IoError );
+    if ( _ranks.isRoot() )
+        fs::resize_file( file, 1000 );
+    _ranks.any( false );
+    EXPECT_THROW( readCheckpoint( _ranks, file, _input ), IoError );
+    EXPECT_THROW(
+        readNewestCheckpoint( _ranks, _scratch / "checkpoints", _input ),
+        IoError );
+}
+
+} // namespace
