@@ -105,6 +105,8 @@ class RestartTest(unittest.TestCase):
         text = process.communicate(timeout=120)
         cls.seconds = time.monotonic() - begin
         assert process.returncode == FINISHED, text
+        cls.backend = json.loads(
+            (cls.whole / "summary.json").read_text())["backend"]
 
     def setUp(self):
         scratch = tempfile.TemporaryDirectory()
@@ -138,8 +140,13 @@ class RestartTest(unittest.TestCase):
             self.assertLess(time.monotonic(), deadline, f"no {pattern}")
             time.sleep(0.005)
 
-    def assertSameRun(self, **but):
-        """This run left what the undisturbed one did, but for some keys."""
+    def require_repeats(self):
+        if self.backend not in ["Serial", "OpenMP"]:
+            self.skipTest(f"sums do not repeat exactly on {self.backend}")
+
+    def assertSameRun(self):
+        """This run left what the undisturbed one did."""
+        self.require_repeats()
         expected, found = outputs(self.whole), outputs(self.output)
         self.assertGreater(len(expected), 7 * 13)  # seven times
         self.assertEqual(sorted(found), sorted(expected))
@@ -147,7 +154,7 @@ class RestartTest(unittest.TestCase):
                           if found[name] != expected[name]], [])
         expected, found = summary(self.whole), summary(self.output)
         expected["input"]["checkpoint"] = found["input"]["checkpoint"]
-        self.assertEqual(found, {**expected, **but})
+        self.assertEqual(found, expected)
 
     def assert_stopped(self, process):
         stdout, stderr = process.communicate(timeout=60)
@@ -297,6 +304,7 @@ class Restarted(RestartTest):
         file = checkpoints(self.output)[-1]
         self.output = self.directory / "other"
         self.run_code(FINISHED, "--restart", file)
+        self.require_repeats()
         found, expected = outputs(self.output), outputs(self.whole)
         for name, value in found.items():
             if not name.endswith(".xdmf"):
@@ -386,6 +394,7 @@ class FullDisk(RestartTest):
         file = checkpoints(self.output)[0]
         self.output = self.directory / "roomy"
         self.run_code(FINISHED, *quiet, "--restart", file)
+        self.require_repeats()
         self.assertEqual(summary(self.output)["steps"],
                          summary(self.whole)["steps"])
 
