@@ -226,8 +226,7 @@ class Sidecar : public SidecarBase
 
     //! \param label what the memory is called in a profile
     Sidecar( const std::string& label, const std::size_t n )
-        : _aosoa( label ), _saved( label ),
-          _arrived( label ) : _label( label ), _aosoa( label ), _saved( label )
+        : _label( label ), _aosoa( label ), _saved( label ), _arrived( label )
     {
         resize( n );
     }

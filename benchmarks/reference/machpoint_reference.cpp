@@ -179,7 +179,8 @@ void runScene( const Json& input, const Options& options )
     const Real every = input.at( "output" ).value( "every", end );
     OutputDirectory directory(
         options.output.empty() ? "out/" + scene + "_reference" : options.output,
-        options.overwrite, Dim, writes );
+        options.overwrite ? FormerRun::replace : FormerRun::refuse, Dim,
+        writes );
 
     auto exact = makeExact( input );
     if ( !options.reference_cells.empty() )
