@@ -210,7 +210,8 @@ TEST( Migration, everyParticleGoesHome )
     const int n = 100 + 17 * comm.rank();
     Particles<2> particles;
     auto& sidecar =
-        particles.addSidecar<Cabana::MemberTypes<Real[3], int>>( "sidecar" );
+        particles.addSidecar<Cabana::MemberTypes<Real[3], std::int64_t>>(
+            "sidecar" );
     particles.resize( n );
     const auto first = comm.sumBefore( std::int64_t( n ) );
     auto place = []( const std::int64_t id )
@@ -230,7 +231,7 @@ TEST( Migration, everyParticleGoesHome )
         Cabana::slice<Position>( host )( p, 0 ) = x[0];
         Cabana::slice<Position>( host )( p, 1 ) = x[1];
         Cabana::slice<0>( side )( p, 2 ) = 5.0 * ( first + p );
-        Cabana::slice<1>( side )( p ) = static_cast<int>( first + p );
+        Cabana::slice<1>( side )( p ) = first + p;
     }
     Cabana::deep_copy( particles.data(), host );
     Cabana::deep_copy( sidecar.data(), side );
