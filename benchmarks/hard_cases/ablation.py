@@ -4,9 +4,9 @@ is off by default, it alone on.
 Usage: python3 benchmarks/hard_cases/ablation.py [--machpoint PATH]
            [--output DIR] [--docs]
 
-Prints a table; --docs writes docs/ablation.md. Cost is that of a particle step
-of the cylindrical blast over that of the default, the median of three runs each
-in one session.
+Prints a table; --docs writes docs/ablation.md. Cost is the time of a particle
+step of the cylindrical blast over the default's in the same round: the median of
+five rounds, and how far they lie apart.
 """
 import argparse
 import json
@@ -34,6 +34,8 @@ PARTS = {
     "treatment": (None, "projection"),
     "time.retries": (0, 0),
 }
+
+ROUNDS = 5  # of timing
 
 
 def density_error(runs):
@@ -122,10 +124,15 @@ def main():
         print(part or "default", {c: show(v) for c, v in rows[part].items()},
               flush=True)
     # Turn by turn, so that a noisy machine harms all alike.
-    for _ in range(2):
+    for _ in range(ROUNDS - 1):
         for part, found in speeds.items():
             found.append(measure(machpoint, output, "blast 100²", part)[1])
-    base = statistics.median(speeds[None])
+
+    def cost(part):
+        ratios = sorted(base / own
+                        for base, own in zip(speeds[None], speeds[part]))
+        return (f"{statistics.median(ratios):.2f} "
+                f"({ratios[0]:.2f} to {ratios[-1]:.2f})")
 
     text = [
         "# What each part costs and buys", "",
@@ -136,17 +143,16 @@ def main():
         "in 1D; the cylindrical blast's shock radius (exact .75), peak density "
         "(6) and scatter; the Mach 3 cylinder's (100x50) stand-off, pitot "
         "pressure (12.06) and its deviation in time. *Cost*: time of a particle "
-        "step of the blast over the default's, medians of three.", "",
+        "step of the blast over the default's in the same round: median and "
+        f"range of {ROUNDS} rounds.", "",
         "| key | 1D, 2D | " + " | ".join(COLUMNS) + " | cost |",
         "|---|---|" + "---|" * (len(COLUMNS) + 1)]
     for part, row in rows.items():
         values = "default" if part is None else ", ".join(
             "-" if v is None else json.dumps(v) for v in PARTS[part])
-        cost = f"{base / statistics.median(speeds[part]):.2f}" \
-            if part in speeds else "-"
         text.append(f"| {(part or '').split('.')[-1]} | {values} | " +
                     " | ".join(show(v) for v in row.values()) +
-                    f" | {cost} |")
+                    f" | {cost(part) if part in speeds else '-'} |")
     print("\n".join(text))
     if arguments.docs:
         (ROOT / "docs/ablation.md").write_text("\n".join(text) + "\n")
