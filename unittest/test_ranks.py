@@ -13,8 +13,10 @@ import tempfile
 import time
 import unittest
 
+import h5py
+
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
-LAUNCHER = [os.environ["MACHPOINT_MPIEXEC"], "-n", "2"]
+LAUNCHER = os.environ["MACHPOINT_MPIEXEC"]
 SOD = pathlib.Path(__file__).resolve().parent.parent / "input" / "sod.json"
 
 FINISHED, _, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
@@ -49,9 +51,9 @@ class RanksTest(unittest.TestCase):
         self.addCleanup(scratch.cleanup)
         self.output = pathlib.Path(scratch.name) / "out"
 
-    def start(self, *arguments):
+    def start(self, *arguments, ranks=2):
         process = subprocess.Popen(
-            [*LAUNCHER, EXECUTABLE, *map(str, arguments)],
+            [LAUNCHER, "-n", str(ranks), EXECUTABLE, *map(str, arguments)],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
 
@@ -67,6 +69,22 @@ class RanksTest(unittest.TestCase):
         stdout, stderr = process.communicate(timeout=60)
         self.assertEqual(process.returncode, code, stdout + stderr)
         self.assertEqual((stdout + stderr).count(message), 1, stdout + stderr)
+
+    def wait_for(self, process, count, pattern):
+        """Until there are so many files."""
+        deadline = time.monotonic() + 60
+        while len(list(self.output.glob(pattern))) < count:
+            self.assertIsNone(process.poll(), "the run has ended by itself")
+            self.assertLess(time.monotonic(), deadline, f"no {pattern}")
+            time.sleep(0.005)
+
+    def rank(self, process, number):
+        """The process of a rank."""
+        found = [child for child in children(process.pid)
+                 if is_rank(child, number)]
+        if not found:
+            self.skipTest("this launcher hides where its ranks are")
+        return found[0]
 
     def test_the_root_speaks(self):
         run = ["run", SOD, "--max-steps", 2, "--output", self.output]
@@ -93,19 +111,56 @@ class RanksTest(unittest.TestCase):
         process = self.start("run", SOD, "--output", self.output,
                              "--set", "grid.cells=[20000]",
                              "--set", "output.every=1e-6")
-        deadline = time.monotonic() + 60
-        while len(list(self.output.glob("particles/*.h5"))) < 2:
-            self.assertIsNone(process.poll(), "the run has ended by itself")
-            self.assertLess(time.monotonic(), deadline, "no output")
-            time.sleep(0.02)
-        rank = [child for child in children(process.pid) if is_rank(child, 1)]
-        if not rank:
-            self.skipTest("this launcher hides where its ranks are")
-        os.kill(rank[0], signal.SIGTERM)
+        self.wait_for(process, 2, "particles/*.h5")
+        os.kill(self.rank(process, 1), signal.SIGTERM)
         self.assertAnswer(process, STOPPED_EARLY, "stopped by signal 15")
         summary = json.loads((self.output / "summary.json").read_text())
         last = max((self.output / "particles").glob("*.h5"))
         self.assertEqual(int(last.stem), summary["steps"])
+
+    def test_one_rank_of_four_is_killed(self):
+        run = ["run", SOD, "--set", "grid.cells=[400]", "--set",
+               "output.every=0.05", "--set", 'checkpoint={"every_steps":20}']
+        whole = self.output.with_name("whole")
+        process = self.start(*run, "--output", whole, ranks=4)
+        self.assertAnswer(process, FINISHED, "output: ")
+        run += ["--output", self.output]
+        for victim, until, how in [(3, "*0060.h5", []),
+                                   (0, "*0120.h5", ["--restart", "latest"])]:
+            process = self.start(*run, *how, ranks=4)
+            self.wait_for(process, 1, "checkpoints/" + until)
+            os.kill(self.rank(process, victim), signal.SIGKILL)
+            process.communicate(timeout=30)  # the others end, too
+            self.assertNotEqual(process.returncode, FINISHED)
+        self.assertAnswer(self.start(*run, "--restart", "latest", ranks=4),
+                          FINISHED, "output: ")
+        names = sorted(path.name for path in (whole / "particles").iterdir())
+        self.assertEqual(len(names), 5)
+        for name in names:
+            with h5py.File(whole / "particles" / name) as expected, h5py.File(
+                    self.output / "particles" / name) as found:
+                for key in expected:
+                    if key != "xdmf":
+                        self.assertEqual(found[key][()].tobytes(),
+                                         expected[key][()].tobytes(),
+                                         f"{name}/{key}")
+
+    def test_a_full_disk_ends_all(self):
+        disk = self.output.with_name("disk")
+        disk.mkdir()
+        mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=200k",
+                                "tmpfs", str(disk)], capture_output=True)
+        if mount.returncode != 0:
+            self.skipTest("mounting a small tmpfs is not permitted")
+        self.addCleanup(subprocess.run, ["umount", str(disk)], check=True)
+        self.output = disk / "out"
+        self.assertAnswer(
+            self.start("run", SOD, "--set", "grid.cells=[2000]", "--output",
+                       self.output), IO_FAILURE, "No space left")
+        self.assertEqual(list(self.output.rglob("*.tmp")), [])
+        for path in self.output.rglob("*.h5"):  # what is there is whole
+            with h5py.File(path) as file:
+                self.assertIn("time", file.attrs)
 
 
 if __name__ == "__main__":

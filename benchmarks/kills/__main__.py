@@ -2,19 +2,22 @@
 undisturbed run.
 
 Usage: python3 benchmarks/kills [INPUT] [--kills NUMBER] [--seed NUMBER]
-           [--machpoint PATH] [--output DIR] [--set path=value]...
+           [--ranks NUMBER] [--machpoint PATH] [--output DIR]
+           [--set path=value]...
 
 Each kill is a SIGKILL at a random moment: while a step is computed, or an output
-or a checkpoint written, or a checkpoint read. The last word has a run that is let
-finish. Every dataset of its outputs must then have the same bytes as those of the
-undisturbed run (on one thread sums repeat exactly), and no file may be broken.
-Exit code: 0 if so, else 1.
+or a checkpoint written, or a checkpoint read. Of several ranks it hits any one,
+and the others have to end within half a minute. The last word has a run that is
+let finish. Every dataset of its outputs must then have the same bytes as those of
+the undisturbed run (on one thread sums repeat exactly), and no file may be
+broken. Exit code: 0 if so, else 1.
 """
 import argparse
 import os
 import pathlib
 import random
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -31,6 +34,7 @@ def parse():
                         default=ROOT / "input" / "cylinder_mach3.json")
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--machpoint",
                         default=ROOT / "build" / "openmp" / "machpoint")
     parser.add_argument("--output", type=pathlib.Path,
@@ -43,12 +47,21 @@ def parse():
     return arguments
 
 
+# One thread each; Open MPI's ways to share cores and to run as root.
+ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false",
+                   OMPI_MCA_rmaps_base_oversubscribe="1",
+                   OMPI_ALLOW_RUN_AS_ROOT="1",
+                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+
+
 class Run:
     """Runs of one input, each in a directory of its own."""
 
     def __init__(self, arguments):
         self.command = [str(arguments.machpoint), "run", str(arguments.input),
                         "--quiet", "--set", 'checkpoint={"every_steps":5}']
+        if arguments.ranks > 1:
+            self.command = ["mpirun", "-n", str(arguments.ranks), *self.command]
         for setting in arguments.settings:
             self.command += ["--set", setting]
 
@@ -56,7 +69,7 @@ class Run:
         return subprocess.Popen(
             [*self.command, "--output", str(directory), *more],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            env=dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false"))
+            env=ENVIRONMENT)
 
     def finish(self, directory, *more):
         """Seconds of a run to its end."""
@@ -81,6 +94,19 @@ def outputs(directory):
     for path in [*directory.glob("*.xdmf"), *directory.glob("series/*.csv")]:
         found[str(path.relative_to(directory))] = path.read_bytes()
     return found
+
+
+def kill(process, rng):
+    """Kills a run, or one of its ranks. Returns what it said."""
+    # A launcher's children are its ranks; one alone has none.
+    children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    victims = [int(child) for child in children.read_text().split()]
+    os.kill(rng.choice(victims or [process.pid]), signal.SIGKILL)
+    try:
+        return process.communicate(timeout=30)[0]
+    except subprocess.TimeoutExpired:
+        process.kill()
+        sys.exit("the other ranks did not end")
 
 
 def how_to_start(directory):
@@ -112,8 +138,7 @@ def main():
             finished += 1
             shutil.rmtree(killed)
         except subprocess.TimeoutExpired:
-            process.kill()
-            text = process.communicate()[0]
+            text = kill(process, rng)
             kills += 1
             outputs(killed)  # all that bears its final name is whole
         fallbacks += "falls back" in text
