@@ -2,6 +2,7 @@
 
 #include <boundary/shape.hpp>
 #include <core/basis.hpp>
+#include <core/communicator.hpp>
 #include <core/exact.hpp>
 #include <core/method_apic.hpp>
 #include <core/method_conservative.hpp>
@@ -275,12 +276,16 @@ class Checker
                         basis.get<std::string>(), least, cells ) );
             places *= static_cast<double>( cells );
         }
-        if ( places > std::numeric_limits<int>::max() )
+        const int ranks = Communicator().size();
+        if ( places / ranks > std::numeric_limits<int>::max() )
             error( "/grid/cells",
-                   fmt::format( "{:.3g} particles are more than one process "
-                                "can hold ({}); take fewer cells or particles "
-                                "per cell",
-                                places, std::numeric_limits<int>::max() ) );
+                   fmt::format( "{:.3g} particles are more than {} "
+                                "can hold ({} each); take fewer cells or "
+                                "particles per cell, or more ranks",
+                                places,
+                                ranks == 1 ? "one process"
+                                           : fmt::format( "{} ranks", ranks ),
+                                std::numeric_limits<int>::max() ) );
     }
 
     void checkParticles()

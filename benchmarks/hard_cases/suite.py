@@ -4,6 +4,7 @@ import json
 import math
 import pathlib
 import shutil
+import subprocess
 
 import numpy as np
 
@@ -42,7 +43,8 @@ class Suite:
 
     machpoint, reference: executables; output: results are kept there, one
     file for each case, method, size and executable; keep: leave fields; kept:
-    take what is there and run nothing.
+    take what is there, of another executable where this one has nothing, and
+    run nothing.
     """
 
     def __init__(self, machpoint, output, reference=None, fast=False,
@@ -52,6 +54,9 @@ class Suite:
         self.output = pathlib.Path(output)
         self.fast, self.keep, self.kept = fast, keep, kept
         self.identity = digest_of_file(self.machpoint)
+        self.revision = subprocess.run(
+            [self.machpoint, "--version"], check=True, capture_output=True,
+            text=True).stdout.strip()
         (self.output / "results").mkdir(parents=True, exist_ok=True)
 
     @staticmethod
@@ -80,9 +85,16 @@ class Suite:
         # Without the reference the same case measures less.
         key = digest(case.variants(self.fast), METHODS, text, self.identity,
                      bool(case.reference and self.reference and not self.fast))
-        size = "fast" if self.fast else "full"
-        return self.remembered(f"{case.name}-{method}-{size}-{key}",
-                               lambda: self._measure(case, method))
+        name = f"{case.name}-{method}-" + ("fast" if self.fast else "full")
+        return self.remembered(f"{name}-{key}",
+                               lambda: self._measure(case, method)) \
+            or self._newest_of_others(name)
+
+    def _newest_of_others(self, name):
+        """The newest result that another executable left; None without any."""
+        found = sorted((self.output / "results").glob(f"{name}-*.json"),
+                       key=lambda path: path.stat().st_mtime)
+        return json.loads(found[-1].read_text()) if found else None
 
     def _measure(self, case, method):
         scene = f"input/{case.scene}.json"

@@ -29,6 +29,7 @@ struct CellPressure
 {
     Real stiffness = 0;     //!< rho c^2, mean of the cells
     Vector<Dim> gradient{}; //!< limited, pressure/length
+    Real trust = 1;         //!< 1, less where the limit cuts steep slopes
 
     KOKKOS_FORCEINLINE_FUNCTION
     CellPressure( const Grid<Dim>& grid, const NodeLayout<Dim>& layout,
@@ -68,6 +69,9 @@ struct CellPressure
         for ( int a = 0; a < Dim; ++a )
         {
             const Real limit = least / grid.spacing[a];
+            const Real steep = Kokkos::abs( gradient[a] );
+            if ( steep > 3 * limit )
+                trust = Kokkos::min( trust, 3 * limit / steep );
             gradient[a] = Kokkos::clamp( gradient[a], -limit, limit );
         }
     }
@@ -77,7 +81,7 @@ struct CellPressure
   \brief Sub-cell pressure relaxation (after Tipton, in Shashkov 2008).
 
   Particles of a cell exchange volume until their pressures agree, at the rate
-  eta: K = eta V / (rho c^2 + rho c^2 of the cells),
+  eta: K = eta trust^2 V / (rho c^2 + rho c^2 of the cells),
   phat_c = sum K w (p + g dx) / sum K w, s = K w (p + g dx - phat_c),
   V += sum s, e -= sum phat_c s / m. Conserves volume and energy, and removes
   the pressures that the faces cannot see.
@@ -139,7 +143,8 @@ void relaxPressure( const State<Dim>& state, NodeView means, NodeView sums,
                                                    means, pressure( p ) );
             const Real stiffness =
                 m( p ) / V( p ) * c( p ) * c( p ) + around.stiffness;
-            const Real K = stiffness > 0 ? eta * V( p ) / stiffness : 0.0;
+            const Real rate = eta * around.trust * around.trust;
+            const Real K = stiffness > 0 ? rate * V( p ) / stiffness : 0.0;
             forEachCell( grid, s, halfway, layout,
                          [&]( const StencilCell<Dim>& cell )
                          {
@@ -162,7 +167,8 @@ void relaxPressure( const State<Dim>& state, NodeView means, NodeView sums,
                                                    means, pressure( p ) );
             const Real stiffness =
                 m( p ) / V( p ) * c( p ) * c( p ) + around.stiffness;
-            const Real K = stiffness > 0 ? eta * V( p ) / stiffness : 0.0;
+            const Real rate = eta * around.trust * around.trust;
+            const Real K = stiffness > 0 ? rate * V( p ) / stiffness : 0.0;
             Real volume = 0;
             Real work = 0;
             forEachCell( grid, s, halfway, layout,
