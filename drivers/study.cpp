@@ -26,12 +26,12 @@ namespace Machpoint
 namespace
 {
 
-//! A run's name: FNV-1a over its input and all else that its time depends on.
+//! A run's name: FNV-1a over its input and the threads that it may use.
 std::string idOf( const Json& input )
 {
     const char* threads = std::getenv( "OMP_NUM_THREADS" );
-    const auto text = fmt::format( "{} {} {}", input.dump(), revision,
-                                   threads ? threads : "" );
+    const auto text =
+        fmt::format( "{} {}", input.dump(), threads ? threads : "" );
     std::uint64_t hash = 0xcbf29ce484222325u;
     for ( const unsigned char c : text )
         hash = ( hash ^ c ) * 0x100000001b3u;
@@ -123,6 +123,15 @@ class Laboratory
 
     const std::vector<StudyRow>& rows() const { return _rows; }
 
+    //! Rows that another program has measured.
+    std::size_t foreignRows() const
+    {
+        return std::count_if(
+            _rows.begin(), _rows.end(),
+            []( const StudyRow& row )
+            { return row.record.value( "revision", revision ) != revision; } );
+    }
+
     //! Makes all runs, in rounds, so that whatever slows the machine for a
     //! while hits all alike. \return were they all made?
     bool runAll()
@@ -197,13 +206,6 @@ class Laboratory
             _proofs = former.at( "proofs" );
             for ( const auto& proof : _proofs )
                 keep( proof.at( "row" ) );
-            if ( former.at( "revision" ) != revision )
-                fmt::print( stderr,
-                            "machpoint: {} is of revision {}, and this is {}: "
-                            "its runs are made anew\n",
-                            file.string(),
-                            former.at( "revision" ).get<std::string>(),
-                            revision );
         }
         catch ( const Json::exception& )
         {
@@ -269,6 +271,7 @@ class Laboratory
         if ( _guard.isInterrupted() || result.code == stopped_early )
             return false;
         auto& record = row.record;
+        record["revision"] = revision;
         record["exit_code"] = result.code;
         if ( result.code != finished )
         {
@@ -541,6 +544,11 @@ ExitCode runStudy( const std::string& file, const StudyOptions& options )
                                 ? fs::path( "out/studies" ) / study.name
                                 : fs::path( options.output );
     Laboratory laboratory( study, folder );
+    if ( const auto foreign = laboratory.foreignRows() )
+        fmt::print( stderr,
+                    "machpoint: {} runs in {} are of another revision and "
+                    "kept; to make them anew, remove the directory\n",
+                    foreign, folder.string() );
     if ( !laboratory.runAll() )
     {
         fmt::print( stderr, "machpoint: stopped; to go on, repeat the "

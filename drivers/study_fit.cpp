@@ -128,13 +128,21 @@ std::vector<Point> overCells( const Line& line, const std::vector<Real>& y )
     return points;
 }
 
+std::optional<PowerLaw> fitFinest( std::vector<Point> points )
+{
+    if ( points.size() > fitted_runs )
+        points.erase( points.begin(),
+                      points.end() - static_cast<int>( fitted_runs ) );
+    return fitPowerLaw( points );
+}
+
 } // namespace
 
 Laws fitLaws( const Line& line )
 {
     Laws laws;
-    laws.cost = fitPowerLaw( overCells( line, line.seconds ) );
-    laws.error = fitPowerLaw( overCells( line, line.errors ) );
+    laws.cost = fitFinest( overCells( line, line.seconds ) );
+    laws.error = fitFinest( overCells( line, line.errors ) );
     if ( laws.error )
         laws.order = -laws.error->exponent * line.dimension;
     if ( laws.cost && laws.order && *laws.order > 0 )

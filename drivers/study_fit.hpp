@@ -71,7 +71,12 @@ struct Line
 //! Number of cells of a grid.
 Real cellCount( const std::vector<std::int64_t>& cells );
 
-//! What the runs of a line tell together. h ~ cells^(-1/Dim).
+//! How many of the finest runs of a line its laws are fitted to: coarser ones
+//! tell of the time that each step takes whatever its work, and of grids that
+//! do not resolve the flow.
+constexpr std::size_t fitted_runs = 3;
+
+//! What the finest runs of a line tell together. h ~ cells^(-1/Dim).
 struct Laws
 {
     std::optional<PowerLaw> cost;  //!< seconds ~ cells^a

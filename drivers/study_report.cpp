@@ -293,6 +293,7 @@ std::string formatStudy( const Study& study, const std::vector<StudyRow>& rows )
             if ( line.name == name && line.cells.size() > 1 )
                 text += fmt::format( "  {}\n", formatLaws( line ) );
     }
+    text += fmt::format( "\n  (laws of the {} finest runs)\n", fitted_runs );
     text += "\n  Pareto front (*): no other run is as fast and as accurate\n";
     for ( const auto k : front )
         text += fmt::format( "{}  {}\n", formatRow( rows[k], study.error ),

@@ -82,7 +82,7 @@ def law_text(law):
 
 
 def work_precision(study):
-    figure, axis = plt.subplots(figsize=(9, 6.2), constrained_layout=True)
+    figure, axis = plt.subplots(figsize=(9, 7.5), constrained_layout=True)
     for name, rows in study.lines.items():
         known = [r for r in rows if study.error_of(r)]
         if not known:
@@ -94,7 +94,7 @@ def work_precision(study):
     front = [r for r in study.rows if r["id"] in study.json["pareto"]]
     front.sort(key=lambda r: r["seconds"])
     axis.plot([r["seconds"] for r in front], [study.error_of(r) for r in front],
-              "o", ms=12, mfc="none", mec="black", mew=1.2, label="Pareto front")
+              "o", ms=12, mfc="none", mec="black", mew=1, label="Pareto front")
     proofs = [p for p in study.json["proofs"] if p["value"]]
     if proofs:
         axis.plot([p["predicted"]["seconds"] for p in proofs],
@@ -109,7 +109,7 @@ def work_precision(study):
 
 
 def cost(study):
-    figure, axis = plt.subplots(figsize=(9, 6.2), constrained_layout=True)
+    figure, axis = plt.subplots(figsize=(9, 7.5), constrained_layout=True)
     for name, rows in study.lines.items():
         exponent = study.laws[name]["time_exponent"]
         law = f": $cells^{{{exponent:.2f}}}$" if exponent is not None else ""
@@ -128,7 +128,7 @@ def finish(axis, study, x, y):
     axis.set_xlabel(x)
     axis.set_ylabel(y)
     axis.grid(which="both", alpha=0.25)
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
     axis.set_title(study.title(), fontsize=9)
     if study.failed:
         names = ", ".join(f"{r['line']} {'x'.join(map(str, r['cells']))}"

@@ -120,6 +120,17 @@ TEST( Study, LawsOfALine )
     EXPECT_NEAR( *laws.halving, std::pow( 2, 1.5 ), 1e-10 );
 }
 
+TEST( Study, LawsAreThoseOfTheFinestRuns )
+{
+    auto line = secondOrder();
+    line.cells.insert( line.cells.begin(), { 5, 5 } );
+    line.seconds.insert( line.seconds.begin(), 100.0 );
+    line.errors.insert( line.errors.begin(), 1e-9 );
+    const auto laws = fitLaws( line );
+    EXPECT_NEAR( laws.cost->exponent, 1.5, round_off );
+    EXPECT_NEAR( *laws.order, 2, round_off );
+}
+
 TEST( Study, AnErrorThatDoesNotFallIsNotHalved )
 {
     auto line = secondOrder();
