@@ -2,9 +2,12 @@
 
 work_precision.png: error against seconds, a line for each combination of the
 settings that are not cells; the Pareto front is marked, and the legend says the
-order and what half the error costs. cost.png: seconds against cells.
+order and what half the error costs. cost.png: seconds against cells. report.html:
+both, with all tables and the input, in one file that needs no other.
 """
 import argparse
+import html
+import io
 import json
 import pathlib
 import sys
@@ -137,6 +140,87 @@ def finish(axis, study, x, y):
                       fontsize=7)
 
 
+# --------------------------------------------------------------------------
+# report.html
+# --------------------------------------------------------------------------
+
+STYLE = """
+:root { color-scheme: light dark; }
+body { font: 15px/1.45 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto;
+       padding: 0 1rem; }
+table { border-collapse: collapse; margin: 1rem 0; display: block; overflow-x: auto; }
+td, th { padding: .2rem .7rem; text-align: right; border-bottom: 1px solid #8886; }
+td:first-child, th:first-child { text-align: left; }
+tr.front td { font-weight: 600; }
+figure { margin: 1rem 0; padding: .5rem; background: white; border-radius: .4rem; }
+figure svg { width: 100%; height: auto; }
+pre { overflow-x: auto; padding: .7rem; border: 1px solid #8886; }
+"""
+
+
+def table(head, rows):
+    """rows: (class, cells)"""
+    def line(tag, cells, kind=""):
+        inner = "".join(f"<{tag}>{html.escape(str(c))}</{tag}>" for c in cells)
+        return f'<tr class="{kind}">{inner}</tr>' if kind else f"<tr>{inner}</tr>"
+    body = "".join(line("td", cells, kind) for kind, cells in rows)
+    return f"<table>{line('th', head)}{body}</table>"
+
+
+def number(value, form=".3g"):
+    return "-" if value is None else format(value, form)
+
+
+def report(study, pictures):
+    """The text of report.html. pictures: SVG texts"""
+    data = study.json
+    rows = []
+    for row in data["rows"]:
+        cells = [row["line"], " x ".join(map(str, row["cells"]))]
+        if row["status"] == "finished":
+            cells += [number(row["seconds"]), number(row["cpu_seconds"]),
+                      number(study.error_of(row), ".3e"), row["steps"],
+                      number(row["particle_updates"] / 1e6),
+                      number(row["memory_bytes"] / 2**20, ".1f")]
+        else:
+            cells += [row.get("message", row["status"])] + [""] * 5
+        rows.append(("front" if row["id"] in data["pareto"] else "", cells))
+    laws = [("", [law["line"], law["runs"], number(law["time_exponent"]),
+                  number(law["order"]), number(law["halving_takes"])])
+            for law in data["laws"]]
+    proofs = [("", [p["request"], p["row"]["line"],
+                    " x ".join(map(str, p["row"]["cells"])),
+                    number(p["predicted"]["seconds"]), number(p["seconds"]),
+                    number(p["predicted"]["error"], ".3e"), number(p["value"], ".3e")])
+              for p in data["proofs"]]
+    title = f"Study {html.escape(data['study'])}"
+    revisions = sorted({r["revision"] for r in study.rows})
+    parts = [
+        f"<h1>{title}</h1>",
+        f"<p>Scene {html.escape(data['scene'])}, {data['dimension']}D, "
+        f"{html.escape(data['error'])}; each run is the median of {data['repeats']}. "
+        f"{html.escape(data['machine']['processor'])}, {data['machine']['cores']} cores; "
+        f"revision {html.escape(', '.join(revisions))}.</p>",
+        *(f"<figure>{picture}</figure>" for picture in pictures),
+        "<h2>Laws</h2><p>Time ~ cells^a and error ~ h^p, of the finest runs; half the "
+        "error takes so many times the time.</p>",
+        table(["line", "runs", "a", "p", "half the error"], laws),
+        "<h2>Runs</h2><p>Bold: the Pareto front, no other run is as fast and as "
+        "accurate.</p>",
+        table(["line", "cells", "seconds", "CPU seconds", data["error"], "steps",
+               "M updates", "MiB"], rows)]
+    if proofs:
+        parts += ["<h2>Predictions</h2>",
+                  table(["asked", "line", "cells", "seconds, predicted", "real",
+                         "error, predicted", "real"], proofs)]
+    parts.append("<h2>Input</h2><pre>"
+                 f"{html.escape(json.dumps(data['input'], indent=2))}</pre>")
+    return ('<!doctype html><html lang="en"><head><meta charset="utf-8">'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">'
+            f"<title>{title}</title><style>{STYLE}</style></head><body>"
+            + "\n".join(parts) + "</body></html>\n")
+
+
 def main(arguments):
     parser = argparse.ArgumentParser(
         prog="plot.py study", description=__doc__,
@@ -152,9 +236,16 @@ def main(arguments):
             sys.exit(f"plot.py: {options.directory}: no run of the study has finished")
         folder = options.output or options.directory
         folder.mkdir(parents=True, exist_ok=True)
+        pictures = []
         for name, draw in [("work_precision.png", work_precision), ("cost.png", cost)]:
-            draw(study).savefig(folder / name, dpi=130)
+            figure = draw(study)
+            figure.savefig(folder / name, dpi=130)
             print(folder / name)
+            text = io.StringIO()
+            figure.savefig(text, format="svg")
+            pictures.append(text.getvalue()[text.getvalue().index("<svg"):])
+        (folder / "report.html").write_text(report(study, pictures))
+        print(folder / "report.html")
     except (OSError, KeyError, ValueError) as error:
         sys.exit(f"plot.py: {options.directory}: cannot be drawn: {error}; give the "
                  "directory that machpoint study named with --output")

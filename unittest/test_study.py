@@ -341,6 +341,12 @@ class Pictures(StudyTest):
             picture = self.output / name
             self.assertIn(str(picture), result.stdout)
             self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
+        page = (self.output / "report.html").read_text()
+        self.assertEqual(page.count("<svg"), 2)
+        self.assertIn("conservative", page)
+        # One file, whole without a network.
+        self.assertNotRegex(page, r'(src|href)="https?:')
+        self.assertNotRegex(page, r"@import|<script|<link")
 
 
 if __name__ == "__main__":
