@@ -84,8 +84,15 @@ def law_text(law):
     return f"{text}, finer grids do not help"
 
 
-def work_precision(study):
+def log_axes():
     figure, axis = plt.subplots(figsize=(9, 7.5), constrained_layout=True)
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    return figure, axis
+
+
+def work_precision(study):
+    figure, axis = log_axes()
     for name, rows in study.lines.items():
         known = [r for r in rows if study.error_of(r)]
         if not known:
@@ -105,6 +112,10 @@ def work_precision(study):
                   "+", ms=11, color="black", label="predicted by the fits")
         axis.plot([p["seconds"] for p in proofs], [p["value"] for p in proofs],
                   "x", ms=9, color="red", label="and run to prove it")
+    # What has blown up may leave the picture, or there would be none.
+    errors = [study.error_of(r) for r in front]
+    if errors and axis.get_ylim()[1] > 100 * max(errors):
+        axis.set_ylim(0.5 * min(errors), 100 * max(errors))
     against = {"exact": "the exact solution", "finer": "the next finer run",
                "run": "the reference run"}[study.json["reference"]]
     finish(axis, study, "seconds of a run", f"{study.error} against {against}")
@@ -112,7 +123,7 @@ def work_precision(study):
 
 
 def cost(study):
-    figure, axis = plt.subplots(figsize=(9, 7.5), constrained_layout=True)
+    figure, axis = log_axes()
     for name, rows in study.lines.items():
         exponent = study.laws[name]["time_exponent"]
         law = f": $cells^{{{exponent:.2f}}}$" if exponent is not None else ""
@@ -126,8 +137,6 @@ def cost(study):
 
 
 def finish(axis, study, x, y):
-    axis.set_xscale("log")
-    axis.set_yscale("log")
     axis.set_xlabel(x)
     axis.set_ylabel(y)
     axis.grid(which="both", alpha=0.25)
