@@ -265,6 +265,11 @@ int runCommandLine( int argc, char** argv )
                      "find and run what is most accurate within a time, as in "
                      "20s, 3min, 1h" )
         ->type_name( "TIME" );
+    study_command
+        .add_option( "--clock", study_options.clock,
+                     "what a run's time is: wall, or processor, which a busy "
+                     "machine disturbs less" )
+        ->check( CLI::IsMember( { "wall", "processor" } ) );
     study_command.add_flag( "--dry-run", study_options.dry_run,
                             "check the study and name its runs" );
     app.add_subcommand( "list", "list methods, bases, physics, boundaries, "

@@ -47,7 +47,8 @@ StudyRow newRow( const StudyRun& run )
                { "settings", run.settings },
                { "cells", run.cells() },
                { "status", "waiting" },
-               { "rounds", Json::array() } } };
+               { "wall_rounds", Json::array() },
+               { "cpu_rounds", Json::array() } } };
 }
 
 //! An error that is to be reached.
@@ -226,6 +227,7 @@ class Laboratory
             row.record = former->second;
             row.record["line"] = run.line;
             row.record["settings"] = run.settings;
+            setSeconds( row.record );
         }
         return row;
     }
@@ -247,7 +249,8 @@ class Laboratory
     //! \return false when interrupted
     bool complete( StudyRow& row, const int round )
     {
-        const auto made = static_cast<int>( row.record.at( "rounds" ).size() );
+        const auto made =
+            static_cast<int>( row.record.at( "wall_rounds" ).size() );
         if ( row.isFailed() || made >= round )
             return true;
         if ( !make( row ) )
@@ -257,6 +260,15 @@ class Laboratory
         fmt::print( stderr, "round {} of {} {} {}\n", round, _study.repeats,
                     formatRow( row, _study.error ), row.run.line );
         return true;
+    }
+
+    //! The middle of the rounds, by the clock that counts.
+    void setSeconds( Json& record ) const
+    {
+        const auto& rounds = record.at(
+            _study.clock == Clock::wall ? "wall_rounds" : "cpu_rounds" );
+        if ( !rounds.empty() )
+            record["seconds"] = median( rounds );
     }
 
     //! \return false when interrupted
@@ -286,9 +298,9 @@ class Laboratory
             Json::parse( readFile( ( folder / "summary.json" ).string() ) );
         const Real seconds = summary.at( "wall_seconds" );
         record["status"] = "finished";
-        record["rounds"].push_back( seconds );
-        record["seconds"] = median( record.at( "rounds" ) );
-        record["cpu_seconds"] = result.cpu_seconds;
+        record["wall_rounds"].push_back( seconds );
+        record["cpu_rounds"].push_back( result.cpu_seconds );
+        setSeconds( record );
         record["particle_updates"] = std::llround(
             summary.at( "particle_updates_per_second" ).get<Real>() * seconds );
         record["steps"] = summary.at( "steps" );
@@ -523,7 +535,9 @@ class Adviser
 
 ExitCode runStudy( const std::string& file, const StudyOptions& options )
 {
-    const auto study = loadStudy( file );
+    auto study = loadStudy( file );
+    if ( options.clock == "processor" )
+        study.clock = Clock::processor;
     std::optional<Target> target;
     if ( !options.target.empty() )
         target = parseTarget( options.target, study );

@@ -38,6 +38,13 @@ enum class Reference
     run    //!< one run for all
 };
 
+//! What a run's time is.
+enum class Clock
+{
+    wall,     //!< seconds that pass, from the first step to the end
+    processor //!< of all threads, with start and set-up
+};
+
 //! A study file, checked.
 struct Study
 {
@@ -45,6 +52,7 @@ struct Study
     std::string error; //!< field.norm or obstacle.column
     Reference reference = Reference::exact;
     int repeats = 1;
+    Clock clock = Clock::wall;           //!< not from the file
     Json scene;                          //!< input with `set`, not resolved
     std::vector<StudyRun> runs;          //!< in the order of the file
     std::vector<StudyRun> reference_run; //!< one, or none

@@ -98,6 +98,11 @@ Json orNull( const std::optional<T>& value )
     return value ? Json( *value ) : Json();
 }
 
+const char* clockName( const Clock clock )
+{
+    return clock == Clock::wall ? "wall" : "processor";
+}
+
 Json lawsJson( const std::vector<Line>& lines )
 {
     Json json = Json::array();
@@ -153,6 +158,7 @@ Json makeStudyJson( const Study& study, const std::vector<StudyRow>& rows,
                         : study.reference == Reference::finer ? "finer"
                                                               : "run";
     json["repeats"] = study.repeats;
+    json["clock"] = clockName( study.clock );
     json["revision"] = revision;
     json["machine"] = { { "processor", processorName() },
                         { "cores", std::thread::hardware_concurrency() } };
@@ -180,8 +186,8 @@ std::string makeStudyCsv( const Study& study,
                  paths.end() )
                 paths.push_back( item.key() );
     const std::vector<std::string> measured = {
-        "seconds",   "cpu_seconds",  "particle_updates", "steps",
-        "particles", "memory_bytes", "threads" };
+        "seconds",   "particle_updates", "steps",
+        "particles", "memory_bytes",     "threads" };
     const auto names = errorNames( study );
 
     std::vector<std::string> head = { "id", "line", "status", "cell_count" };
@@ -268,11 +274,11 @@ std::string formatLaws( const Line& line )
 std::string formatStudy( const Study& study, const std::vector<StudyRow>& rows )
 {
     const auto front = rowsOnFront( rows, study.error );
-    auto text =
-        fmt::format( "\n{}: median of {} run(s) each\n{:>19}  {:>10}  {:>10}  "
-                     "{:>11}  {:>11}\n",
-                     study.name, study.repeats, "", "time", study.error,
-                     "updates", "memory" );
+    auto text = fmt::format(
+        "\n{}: {} time, median of {} run(s) each\n{:>19}  {:>10}  {:>10}  "
+        "{:>11}  {:>11}\n",
+        study.name, clockName( study.clock ), study.repeats, "", "time",
+        study.error, "updates", "memory" );
     std::vector<std::string> lines; // also those that have failed throughout
     for ( const auto& row : rows )
         if ( std::find( lines.begin(), lines.end(), row.run.line ) ==

@@ -10,6 +10,7 @@ import html
 import io
 import json
 import pathlib
+import statistics
 import sys
 
 import matplotlib
@@ -27,6 +28,9 @@ class Study:
     def __init__(self, directory):
         self.json = json.loads((directory / "study.json").read_text())
         self.error = self.json["error"]
+        is_wall = self.json["clock"] == "wall"
+        self.rounds = "wall_rounds" if is_wall else "cpu_rounds"
+        self.seconds = f"{'' if is_wall else 'processor '}seconds of a run"
         self.laws = {law["line"]: law for law in self.json["laws"]}
         self.rows = [r for r in self.json["rows"] if r["status"] == "finished"]
         self.failed = [r for r in self.json["rows"] if r["status"] == "failed"]
@@ -74,13 +78,17 @@ def cell_count(row):
     return count
 
 
+def factor(value):
+    return "> 1000" if value > 1000 else f"{value:.3g}"
+
+
 def law_text(law):
     """What the legend says of a line."""
     if law["order"] is None:
         return ""
     text = f"$h^{{{law['order']:.2f}}}$"
     if law["halving_takes"]:
-        return f"{text}, half the error: {law['halving_takes']:.3g} x the time"
+        return f"{text}, half the error: {factor(law['halving_takes'])} x the time"
     return f"{text}, finer grids do not help"
 
 
@@ -118,7 +126,7 @@ def work_precision(study):
         axis.set_ylim(0.5 * min(errors), 100 * max(errors))
     against = {"exact": "the exact solution", "finer": "the next finer run",
                "run": "the reference run"}[study.json["reference"]]
-    finish(axis, study, "seconds of a run", f"{study.error} against {against}")
+    finish(axis, study, study.seconds, f"{study.error} against {against}")
     return figure
 
 
@@ -130,9 +138,10 @@ def cost(study):
         axis.plot([cell_count(r) for r in rows], [r["seconds"] for r in rows], ms=5,
                   lw=1.3, label=name + law, **study.styles[name])
         for row in rows:  # the rounds show how quiet the machine was
-            axis.plot([cell_count(row)] * len(row["rounds"]), row["rounds"], "_",
+            rounds = row[study.rounds]
+            axis.plot([cell_count(row)] * len(rounds), rounds, "_",
                       ms=5, color=study.styles[name]["color"], alpha=0.5)
-    finish(axis, study, "cells", "seconds of a run")
+    finish(axis, study, "cells", study.seconds)
     return figure
 
 
@@ -187,7 +196,8 @@ def report(study, pictures):
     for row in data["rows"]:
         cells = [row["line"], " x ".join(map(str, row["cells"]))]
         if row["status"] == "finished":
-            cells += [number(row["seconds"]), number(row["cpu_seconds"]),
+            cells += [number(statistics.median(row["wall_rounds"])),
+                      number(statistics.median(row["cpu_rounds"])),
                       number(study.error_of(row), ".3e"), row["steps"],
                       number(row["particle_updates"] / 1e6),
                       number(row["memory_bytes"] / 2**20, ".1f")]
@@ -195,7 +205,8 @@ def report(study, pictures):
             cells += [row.get("message", row["status"])] + [""] * 5
         rows.append(("front" if row["id"] in data["pareto"] else "", cells))
     laws = [("", [law["line"], law["runs"], number(law["time_exponent"]),
-                  number(law["order"]), number(law["halving_takes"])])
+                  number(law["order"]),
+                  factor(law["halving_takes"]) if law["halving_takes"] else "-"])
             for law in data["laws"]]
     proofs = [("", [p["request"], p["row"]["line"],
                     " x ".join(map(str, p["row"]["cells"])),
@@ -207,7 +218,8 @@ def report(study, pictures):
     parts = [
         f"<h1>{title}</h1>",
         f"<p>Scene {html.escape(data['scene'])}, {data['dimension']}D, "
-        f"{html.escape(data['error'])}; each run is the median of {data['repeats']}. "
+        f"{html.escape(data['error'])}; each run is the median of {data['repeats']} by the "
+        f"{data['clock']} clock. "
         f"{html.escape(data['machine']['processor'])}, {data['machine']['cores']} cores; "
         f"revision {html.escape(', '.join(revisions))}.</p>",
         *(f"<figure>{picture}</figure>" for picture in pictures),
@@ -216,7 +228,7 @@ def report(study, pictures):
         table(["line", "runs", "a", "p", "half the error"], laws),
         "<h2>Runs</h2><p>Bold: the Pareto front, no other run is as fast and as "
         "accurate.</p>",
-        table(["line", "cells", "seconds", "CPU seconds", data["error"], "steps",
+        table(["line", "cells", "wall seconds", "processor seconds", data["error"], "steps",
                "M updates", "MiB"], rows)]
     if proofs:
         parts += ["<h2>Predictions</h2>",

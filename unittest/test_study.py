@@ -68,8 +68,9 @@ class Rows(StudyTest):
                           ("apic", [20]), ("apic", [40])])
         for row in rows:
             self.assertEqual(row["status"], "finished")
-            self.assertEqual(len(row["rounds"]), 2)
-            self.assertAlmostEqual(row["seconds"], sum(row["rounds"]) / 2)
+            self.assertEqual(len(row["wall_rounds"]), 2)
+            self.assertEqual(len(row["cpu_rounds"]), 2)
+            self.assertAlmostEqual(row["seconds"], sum(row["wall_rounds"]) / 2)
             self.assertGreater(row["particle_updates"], row["steps"] * 50)
             self.assertGreater(row["memory_bytes"], 1e6)
             # The run's own summary says the same.
@@ -110,7 +111,7 @@ class Rows(StudyTest):
         self.assertEqual(good["status"], "finished")
         self.assertEqual(bad["status"], "failed")
         self.assertEqual(bad["exit_code"], NUMERICAL_FAILURE)
-        self.assertEqual(bad["rounds"], [])
+        self.assertEqual(bad["wall_rounds"], [])
         self.assertIn("the gas broke down", bad["message"])
         self.assertIn("failed: the gas broke down", shown)
 
@@ -210,7 +211,8 @@ class Interrupted(StudyTest):
         before = self.result()["rows"]
         # As a kill leaves it: a row is missing and another one half done.
         study = self.result()
-        study["rows"][1].update(status="waiting", rounds=[])
+        study["rows"][1].update(status="waiting", wall_rounds=[],
+                                cpu_rounds=[])
         (self.output / "study.json").write_text(json.dumps(study))
         stamp = self.summary(before[0]).stat().st_mtime_ns
         other = self.summary(before[1]).stat().st_mtime_ns
@@ -222,6 +224,10 @@ class Interrupted(StudyTest):
         self.assertEqual(after[0], before[0])
         self.assertEqual(self.summary(before[0]).stat().st_mtime_ns, stamp)
         self.assertGreater(self.summary(before[1]).stat().st_mtime_ns, other)
+        # Both clocks are kept, so another one repeats nothing.
+        self.assertEqual(self.study(path, "--clock", "processor").stderr, "")
+        row = self.result()["rows"][0]
+        self.assertEqual(row["seconds"], row["cpu_rounds"][0])
         # All is there: nothing is run, and more rounds run what they add.
         self.assertEqual(self.study(path).stderr, "")
         path = self.write(vary=matrix, repeats=2)
