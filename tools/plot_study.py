@@ -17,6 +17,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+import matplotlib.ticker
 
 MARKERS = "osD^vP*X<>"
 STYLES = ["-", "--", ":", "-."]
@@ -65,7 +66,11 @@ class Study:
         machine = self.json["machine"]["processor"] or "unknown processor"
         threads = sorted({row["threads"] for row in self.rows})
         return (f"{self.json['study']}: {machine}, "
-                f"{'/'.join(map(str, threads))} thread(s), {self.json['revision']}")
+                f"{'/'.join(map(str, threads))} thread(s), {self.revisions()}")
+
+    def revisions(self):
+        """Of the programs that made the rows."""
+        return ", ".join(sorted({row["revision"] for row in self.rows}))
 
     def error_of(self, row):
         return row.get("errors", {}).get(self.error)
@@ -96,6 +101,10 @@ def log_axes():
     figure, axis = plt.subplots(figsize=(9, 7.5), constrained_layout=True)
     axis.set_xscale("log")
     axis.set_yscale("log")
+    for side in (axis.xaxis, axis.yaxis):  # short axes need numbers between powers
+        side.set_minor_formatter(
+            matplotlib.ticker.LogFormatterSciNotation(minor_thresholds=(1.7, 0.5)))
+        side.set_tick_params(which="minor", labelsize=7)
     return figure, axis
 
 
@@ -214,14 +223,13 @@ def report(study, pictures):
                     number(p["predicted"]["error"], ".3e"), number(p["value"], ".3e")])
               for p in data["proofs"]]
     title = f"Study {html.escape(data['study'])}"
-    revisions = sorted({r["revision"] for r in study.rows})
     parts = [
         f"<h1>{title}</h1>",
         f"<p>Scene {html.escape(data['scene'])}, {data['dimension']}D, "
         f"{html.escape(data['error'])}; each run is the median of {data['repeats']} by the "
         f"{data['clock']} clock. "
         f"{html.escape(data['machine']['processor'])}, {data['machine']['cores']} cores; "
-        f"revision {html.escape(', '.join(revisions))}.</p>",
+        f"revision {html.escape(study.revisions())}.</p>",
         *(f"<figure>{picture}</figure>" for picture in pictures),
         "<h2>Laws</h2><p>Time ~ cells^a and error ~ h^p, of the finest runs; half the "
         "error takes so many times the time.</p>",
