@@ -11,7 +11,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
@@ -257,6 +259,7 @@ class Laboratory
             return false;
         compare();
         save();
+        std::fflush( stdout ); // in order, where both go to one file
         fmt::print( stderr, "round {} of {} {} {}\n", round, _study.repeats,
                     formatRow( row, _study.error ), row.run.line );
         return true;
