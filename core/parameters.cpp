@@ -198,6 +198,12 @@ Parameter& Parameters::listOf( std::string name, Family family,
     return key;
 }
 
+Parameter& Parameters::anything( std::string name, std::string description )
+{
+    return add( Parameter::Kind::Anything, std::move( name ),
+                std::move( description ) );
+}
+
 namespace
 {
 
@@ -305,6 +311,8 @@ std::string phrase( const Parameter& key, int dimension )
         return "an object with a \"type\"";
     case Kind::ListOf:
         return "a list of objects with a \"type\"";
+    case Kind::Anything:
+        return "any JSON";
     }
     throw std::logic_error( "a kind of parameter without a phrase" );
 }
@@ -655,6 +663,8 @@ class Resolver
                            dimension, path );
         case Kind::ListOf:
             return list( input, key, dimension, path );
+        case Kind::Anything:
+            return input;
         }
         throw std::logic_error( "a kind of parameter without a check" );
     }
@@ -1153,6 +1163,8 @@ Json valueSchema( const Parameter& key, int dimension, Json& definitions )
     case Kind::ListOf:
         return listSchema( familySchema( key.family, dimension, definitions ),
                            key.is_non_empty );
+    case Kind::Anything:
+        return Json::object();
     }
     throw std::logic_error( "a kind of parameter without a schema" );
 }

@@ -78,7 +78,8 @@ struct Parameter
         Points,
         Object,
         OneOf,
-        ListOf
+        ListOf,
+        Anything
     };
 
     //! Unit of the value, for the help text.
@@ -184,6 +185,8 @@ class Parameters
     //! A list of objects whose "type" chooses from the family.
     Parameter& listOf( std::string name, Family family,
                        std::string description );
+    //! Any JSON, which whoever declares it checks.
+    Parameter& anything( std::string name, std::string description );
     //!@}
 
   private:

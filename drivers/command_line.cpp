@@ -2,6 +2,8 @@
 
 #include <drivers/input.hpp>
 #include <drivers/run.hpp>
+#include <drivers/study.hpp>
+#include <drivers/study_input.hpp>
 
 #include <boundary/shape.hpp>
 #include <core/basis.hpp>
@@ -59,7 +61,8 @@ std::vector<Section> catalogue()
     };
     return { { "input",
                { inputParameters( 0 ), find( "grid" ), find( "particles" ),
-                 find( "time" ), find( "output" ), find( "checkpoint" ) } },
+                 find( "time" ), find( "output" ), find( "checkpoint" ),
+                 studyParameters() } },
              { "method",
                { method( Paper::name, Paper::summary ),
                  method( Apic::name, Apic::summary ),
@@ -167,6 +170,18 @@ int execute( const Communicator& ranks, const CLI::App& app,
     return finished;
 }
 
+//! Runs a study, whose runs are processes of their own: this one needs no
+//! Kokkos, and takes no memory of a device.
+int study( const Communicator& ranks, const std::string& file,
+           const StudyOptions& options )
+{
+    if ( ranks.size() > 1 )
+        throw InputError( { "machpoint study: is one process; start it without "
+                            "mpirun" } );
+    const int code = runStudy( file, options );
+    return std::fflush( stdout ) == 0 ? code : io_failure;
+}
+
 //! Ends a rank upon a failure that the others may not have met: they would wait
 //! for it for ever.
 int endAlone( const Communicator& ranks, const ExitCode code )
@@ -232,6 +247,31 @@ int runCommandLine( int argc, char** argv )
         ->check( CLI::Range( std::int64_t( 0 ), options.max_steps, "STEPS" ) );
     run_command.add_flag( "--quiet", options.quiet, "no progress, no table" );
     addInput( *app.add_subcommand( "check", "validate a scene" ) );
+    StudyOptions study_options;
+    auto& study_command =
+        *app.add_subcommand( "study", "what accuracy costs in time" );
+    study_command.add_option( "STUDY", file, "JSON file of the study" )
+        ->required();
+    study_command.add_option( "--output", study_options.output,
+                              "directory for the results (default "
+                              "out/studies/<study>)" );
+    study_command
+        .add_option( "--target", study_options.target,
+                     "find and run what is fastest with such an error, as in "
+                     "density.L1=1e-3" )
+        ->type_name( "NAME=VALUE" );
+    study_command
+        .add_option( "--budget", study_options.budget,
+                     "find and run what is most accurate within a time, as in "
+                     "20s, 3min, 1h" )
+        ->type_name( "TIME" );
+    study_command
+        .add_option( "--clock", study_options.clock,
+                     "what a run's time is: wall, or processor, which a busy "
+                     "machine disturbs less" )
+        ->check( CLI::IsMember( { "wall", "processor" } ) );
+    study_command.add_flag( "--dry-run", study_options.dry_run,
+                            "check the study and name its runs" );
     app.add_subcommand( "list", "list methods, bases, physics, boundaries, "
                                 "shapes, initial and exact states" );
     app.add_subcommand( "describe", "parameters of what `list` names" )
@@ -253,6 +293,8 @@ int runCommandLine( int argc, char** argv )
 
     try
     {
+        if ( study_command.parsed() )
+            return study( ranks, file, study_options );
         // Kokkos' own flags are not ours; its environment variables work.
         const Kokkos::ScopeGuard guard{
             Kokkos::InitializationSettings().set_disable_warnings( true ) };

@@ -157,9 +157,6 @@ Parameters inputParameters( const int dimension )
     return all;
 }
 
-namespace
-{
-
 std::string readFile( const std::string& file )
 {
     std::ifstream stream( file, std::ios::binary );
@@ -171,6 +168,9 @@ std::string readFile( const std::string& file )
                                    "a readable file" } );
     return text.str();
 }
+
+namespace
+{
 
 //! Can a file be called so, without leaving its directory?
 bool isFileName( const std::string& name )

@@ -16,6 +16,9 @@ namespace Machpoint
 //! All keys of an input. \param dimension 1 to 3, or 0 for any
 Parameters inputParameters( int dimension );
 
+//! The text of a file. \throws InputError that names the file
+std::string readFile( const std::string& file );
+
 /*!
   \brief Fills in the defaults of an input and checks it.
   \param file its name, for messages

@@ -6,6 +6,7 @@
 3D: the same on the three mid-planes (slices.png).
 All: a sheet of every output time (contact_sheet.png) and a movie (movie.mp4,
 or movie.gif where ffmpeg is missing). Prints the path of each picture.
+Of a study: plot.py study DIR (plot_study.py).
 """
 import argparse
 import json
@@ -21,6 +22,8 @@ try:
     matplotlib.use("Agg")
     import matplotlib.animation as animation
     import matplotlib.pyplot as plt
+
+    import plot_study
 except ImportError as error:
     sys.exit(f"plot.py: {error}; it needs numpy, h5py and matplotlib (Debian: apt-get "
              "install python3-numpy python3-h5py python3-matplotlib, then run it with "
@@ -359,6 +362,8 @@ def draw(run, steps, options, folder):
 
 
 def main():
+    if sys.argv[1:2] == ["study"]:
+        return plot_study.main(sys.argv[2:])
     parser = argparse.ArgumentParser(
         prog="plot.py", description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter)

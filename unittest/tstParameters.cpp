@@ -759,6 +759,25 @@ TEST( Parameters, SchemaMirrorsTheDeclaration )
     EXPECT_EQ( members[2]["properties"]["vertices"]["items"]["maxItems"], 2 );
 }
 
+TEST( Parameters, AnythingIsTakenAsItIs )
+{
+    Parameters parameters( "p", "anything", 0 );
+    parameters.anything( "vary", "a matrix" );
+    Messages errors;
+    for ( const auto* text : { "{ \"a.b\": [1] }", "[]", "null", "3" } )
+    {
+        const auto input = Json{ { "vary", Json::parse( text ) } };
+        EXPECT_EQ( resolve( input, parameters, "f", errors ), input );
+    }
+    EXPECT_EQ( errors, Messages() );
+    resolve( Json::object(), parameters, "f", errors );
+    EXPECT_EQ( errors,
+               Messages( { "f: /vary: missing; any JSON (a matrix)" } ) );
+    const auto schema = jsonSchema( parameters );
+    EXPECT_EQ( schema["properties"]["vary"],
+               Json( { { "description", "a matrix" } } ) );
+}
+
 TEST( Parameters, SchemaOfAnyDimensionTakesOneToThreeEntries )
 {
     const auto schema = jsonSchema( scene( 0 ) );

@@ -1,0 +1,590 @@
+#include <drivers/study.hpp>
+
+#include <drivers/input.hpp>
+#include <drivers/study_error.hpp>
+#include <drivers/study_process.hpp>
+#include <drivers/study_report.hpp>
+
+#include <core/file.hpp>
+#include <core/revision.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+
+namespace fs = std::filesystem;
+
+namespace Machpoint
+{
+
+namespace
+{
+
+//! A run's name: FNV-1a over its input and the threads that it may use.
+std::string idOf( const Json& input )
+{
+    const char* threads = std::getenv( "OMP_NUM_THREADS" );
+    const auto text =
+        fmt::format( "{} {}", input.dump(), threads ? threads : "" );
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for ( const unsigned char c : text )
+        hash = ( hash ^ c ) * 0x100000001b3u;
+    return fmt::format( "{:016x}", hash );
+}
+
+//! What study.json holds of a run that has not been made.
+StudyRow newRow( const StudyRun& run )
+{
+    return { run,
+             { { "id", idOf( run.input ) },
+               { "line", run.line },
+               { "settings", run.settings },
+               { "cells", run.cells() },
+               { "status", "waiting" },
+               { "wall_rounds", Json::array() },
+               { "cpu_rounds", Json::array() } } };
+}
+
+//! An error that is to be reached.
+struct Target
+{
+    std::string name;
+    Real value = 0;
+};
+
+Target parseTarget( const std::string& text, const Study& study )
+{
+    const auto equals = text.find( '=' );
+    const auto names = errorNames( study );
+    Target target{ text.substr( 0, equals ) };
+    char* end = nullptr;
+    const auto number =
+        equals == std::string::npos ? "" : text.substr( equals + 1 );
+    target.value = std::strtod( number.c_str(), &end );
+    if ( number.empty() || *end != '\0' || !( target.value > 0 ) ||
+         !std::isfinite( target.value ) )
+        throw InputError( { fmt::format(
+            "--target {}: expected NAME=VALUE with a value > 0, as in {}=1e-3",
+            text, study.error ) } );
+    if ( std::find( names.begin(), names.end(), target.name ) == names.end() )
+    {
+        const auto near = nearest( target.name, names );
+        throw InputError( { fmt::format(
+            "--target {}: this study tells {}{}", text,
+            fmt::join( names, ", " ),
+            near.empty() ? ""
+                         : fmt::format( "; did you mean \"{}\"?", near ) ) } );
+    }
+    return target;
+}
+
+//! \return seconds
+Real parseBudget( const std::string& text )
+{
+    char* end = nullptr;
+    const Real number = std::strtod( text.c_str(), &end );
+    const std::map<std::string, Real> units = {
+        { "", 1 }, { "s", 1 }, { "min", 60 }, { "h", 3600 } };
+    const auto unit = units.find( end );
+    if ( text.empty() || unit == units.end() || !( number > 0 ) ||
+         !std::isfinite( number ) )
+        throw InputError( { fmt::format(
+            "--budget {}: expected a time > 0, as in 20s, 3min or 1h",
+            text ) } );
+    return number * unit->second;
+}
+
+//! The runs of a study, made one by one, and the directory that they are in.
+class Laboratory
+{
+  public:
+    Laboratory( const Study& study, const fs::path& folder )
+        : _study( study ), _folder( folder )
+    {
+        makeDirectory( folder / "runs" );
+        readFormer();
+        for ( auto run : study.reference_run )
+        {
+            run.line = "reference";
+            _reference = known( run );
+        }
+        for ( const auto& run : study.runs )
+        {
+            auto row = known( run );
+            if ( !find( row.record.at( "id" ) ) ) // two ways to say the same
+                _rows.push_back( std::move( row ) );
+        }
+    }
+
+    const std::vector<StudyRow>& rows() const { return _rows; }
+
+    //! Rows that another program has measured.
+    std::size_t foreignRows() const
+    {
+        return std::count_if(
+            _rows.begin(), _rows.end(),
+            []( const StudyRow& row )
+            { return row.record.value( "revision", revision ) != revision; } );
+    }
+
+    //! Makes all runs, in rounds, so that whatever slows the machine for a
+    //! while hits all alike. \return were they all made?
+    bool runAll()
+    {
+        if ( _reference && !complete( *_reference, 1 ) )
+            return false;
+        for ( int round = 1; round <= _study.repeats; ++round )
+            for ( auto& row : _rows )
+                if ( !complete( row, round ) )
+                    return false;
+        compare();
+        save();
+        return true;
+    }
+
+    //! Proves a prediction. \return the run; none when interrupted
+    std::optional<StudyRow> prove( const std::string& request,
+                                   const std::string& error,
+                                   const StudyRow& like,
+                                   const Candidate& candidate )
+    {
+        auto settings = like.run.settings;
+        settings["grid.cells"] = candidate.cells;
+        auto row = known( makeStudyRun( _study, settings, _study.name ) );
+        if ( const auto* measured = find( row.record.at( "id" ) ) )
+            row = *measured;
+        for ( int round = 1; round <= _study.repeats; ++round )
+            if ( !complete( row, round ) )
+                return std::nullopt;
+        if ( !judgeProof( row, settings ) )
+            return std::nullopt;
+        const Real real = row.error( error );
+        const Json proof = {
+            { "request", request },
+            { "error", error },
+            { "predicted",
+              { { "seconds", candidate.seconds },
+                { "error", candidate.error } } },
+            { "seconds",
+              row.isFinished() ? row.record.at( "seconds" ) : Json() },
+            { "value", std::isnan( real ) ? Json() : Json( real ) },
+            { "row", row.record } };
+        std::erase_if( _proofs.get_ref<Json::array_t&>(), [&]( const Json& old )
+                       { return old.at( "request" ) == request; } );
+        _proofs.push_back( proof );
+        save();
+        return row;
+    }
+
+  private:
+    //! What an earlier call has measured.
+    void readFormer()
+    {
+        const auto file = _folder / "study.json";
+        if ( !fs::exists( file ) )
+            return;
+        try
+        {
+            const Json former = Json::parse( readFile( file.string() ) );
+            auto keep = [&]( const Json& record )
+            {
+                // A run that was killed, or met a full disk, may do better.
+                const int code = record.value( "exit_code", 0 );
+                if ( record.at( "status" ) == "finished" ||
+                     code == numerical_failure || code == wrong_input )
+                    _former[record.at( "id" )] = record;
+            };
+            for ( const auto& record : former.at( "rows" ) )
+                keep( record );
+            if ( former.contains( "reference_row" ) )
+                keep( former.at( "reference_row" ) );
+            _proofs = former.at( "proofs" );
+            for ( const auto& proof : _proofs )
+                keep( proof.at( "row" ) );
+        }
+        catch ( const Json::exception& )
+        {
+            throw IoError( fmt::format(
+                "{}: is no study of this program; move it away, or choose "
+                "another directory with --output",
+                file.string() ) );
+        }
+    }
+
+    StudyRow known( const StudyRun& run ) const
+    {
+        auto row = newRow( run );
+        const auto former =
+            _former.find( row.record.at( "id" ).get<std::string>() );
+        if ( former != _former.end() )
+        {
+            row.record = former->second;
+            row.record["line"] = run.line;
+            row.record["settings"] = run.settings;
+            setSeconds( row.record );
+        }
+        return row;
+    }
+
+    const StudyRow* find( const std::string& id ) const
+    {
+        for ( const auto& row : _rows )
+            if ( row.record.at( "id" ) == id )
+                return &row;
+        return nullptr;
+    }
+
+    fs::path folderOf( const StudyRow& row ) const
+    {
+        return _folder / "runs" / row.record.at( "id" ).get<std::string>();
+    }
+
+    //! Makes a run unless it has been made in this round.
+    //! \return false when interrupted
+    bool complete( StudyRow& row, const int round )
+    {
+        const auto made =
+            static_cast<int>( row.record.at( "wall_rounds" ).size() );
+        if ( row.isFailed() || made >= round )
+            return true;
+        if ( !make( row ) )
+            return false;
+        compare();
+        save();
+        std::fflush( stdout ); // in order, where both go to one file
+        fmt::print( stderr, "round {} of {} {} {}\n", round, _study.repeats,
+                    formatRow( row, _study.error ), row.run.line );
+        return true;
+    }
+
+    //! The middle of the rounds, by the clock that counts.
+    void setSeconds( Json& record ) const
+    {
+        const auto& rounds = record.at(
+            _study.clock == Clock::wall ? "wall_rounds" : "cpu_rounds" );
+        if ( !rounds.empty() )
+            record["seconds"] = median( rounds );
+    }
+
+    //! \return false when interrupted
+    bool make( StudyRow& row )
+    {
+        const auto folder = folderOf( row );
+        const auto input = fs::path( folder ).concat( ".json" );
+        const auto text = row.run.input.dump( 2 ) + "\n";
+        writeFile( input, text.data(), text.size() );
+        const auto result =
+            _guard.run( input, folder, fs::path( folder ).concat( ".log" ) );
+        if ( _guard.isInterrupted() || result.code == stopped_early )
+            return false;
+        auto& record = row.record;
+        record["revision"] = revision;
+        record["exit_code"] = result.code;
+        if ( result.code != finished )
+        {
+            record["status"] = "failed";
+            record["message"] =
+                result.first_words.empty()
+                    ? fmt::format( "ended with code {}", result.code )
+                    : result.first_words;
+            return true;
+        }
+        const Json summary =
+            Json::parse( readFile( ( folder / "summary.json" ).string() ) );
+        const Real seconds = summary.at( "wall_seconds" );
+        record["status"] = "finished";
+        record["wall_rounds"].push_back( seconds );
+        record["cpu_rounds"].push_back( result.cpu_seconds );
+        setSeconds( record );
+        record["particle_updates"] = std::llround(
+            summary.at( "particle_updates_per_second" ).get<Real>() * seconds );
+        record["steps"] = summary.at( "steps" );
+        record["particles"] = summary.at( "particles_final" );
+        record["memory_bytes"] = summary.at( "peak_memory_bytes" );
+        record["threads"] = summary.at( "threads" );
+        if ( _study.reference == Reference::exact )
+            record["errors"] = exactErrors( summary );
+        else if ( !isFieldError( _study.error ) )
+            record["values"] = seriesMeans( folder );
+        return true;
+    }
+
+    //! Errors of the rows that are measured by other runs.
+    void compare()
+    {
+        for ( auto& row : _rows )
+            if ( _study.reference == Reference::run )
+                compare( row, *_reference );
+            else if ( _study.reference == Reference::finer )
+                if ( const auto* next = nextFiner( row ) )
+                    compare( row, *next );
+    }
+
+    const StudyRow* nextFiner( const StudyRow& row ) const
+    {
+        const StudyRow* next = nullptr;
+        for ( const auto& other : _rows )
+        {
+            const Real cells = cellCount( other.run.cells() );
+            if ( other.run.line == row.run.line && !other.isFailed() &&
+                 cells > cellCount( row.run.cells() ) &&
+                 ( !next || cells < cellCount( next->run.cells() ) ) )
+                next = &other;
+        }
+        return next;
+    }
+
+    void compare( StudyRow& row, const StudyRow& better ) const
+    {
+        auto& record = row.record;
+        const Json& id = better.record.at( "id" );
+        if ( !row.isFinished() || !better.isFinished() ||
+             record.value( "compared_to", Json() ) == id )
+            return;
+        if ( isFieldError( _study.error ) )
+            record["errors"] = gridErrors( folderOf( row ), folderOf( better ),
+                                           row.run.input );
+        else
+        {
+            record["errors"] = Json::object();
+            for ( const auto& value : record.at( "values" ).items() )
+                record["errors"][value.key()] = std::abs(
+                    value.value().get<Real>() - better.record.at( "values" )
+                                                    .at( value.key() )
+                                                    .get<Real>() );
+        }
+        record["compared_to"] = id;
+    }
+
+    //! The error of a run that is not among the rows. \return false when
+    //! interrupted
+    bool judgeProof( StudyRow& row, Json settings )
+    {
+        if ( _study.reference == Reference::run )
+            compare( row, *_reference );
+        if ( _study.reference == Reference::finer && !row.isFailed() )
+        {
+            for ( auto& n : settings.at( "grid.cells" ) )
+                n = 2 * n.get<std::int64_t>();
+            auto finer = known( makeStudyRun( _study, settings, _study.name ) );
+            if ( !complete( finer, 1 ) )
+                return false;
+            compare( row, finer );
+        }
+        return true;
+    }
+
+    void save() const
+    {
+        const auto json =
+            makeStudyJson( _study, _rows, _reference ? &*_reference : nullptr,
+                           _proofs )
+                .dump( 2, ' ', false, Json::error_handler_t::replace ) +
+            "\n";
+        writeFile( _folder / "study.json", json.data(), json.size() );
+        const auto csv = makeStudyCsv( _study, _rows );
+        writeFile( _folder / "study.csv", csv.data(), csv.size() );
+    }
+
+    const Study& _study;
+    fs::path _folder;
+    ProcessGuard _guard;
+    std::vector<StudyRow> _rows;
+    std::optional<StudyRow> _reference;
+    std::map<std::string, Json> _former; // by id
+    Json _proofs = Json::array();
+};
+
+//! What the fits advise, and what becomes of it.
+class Adviser
+{
+  public:
+    Adviser( Laboratory& laboratory, std::string error )
+        : _laboratory( laboratory ), _error( std::move( error ) ),
+          _rows( laboratory.rows() )
+    {
+    }
+
+    //! The fastest run with such an error.
+    ExitCode reach( const Real target )
+    {
+        return advise(
+            fmt::format( "{}={:g}", _error, target ), "the fastest run",
+            [&]( const auto& lines ) { return cheapest( lines, target ); },
+            []( const auto& lines ) { return mostAccurate( lines, infinity ); },
+            [&]( const StudyRow& row )
+            { return row.error( _error ) <= target; } );
+    }
+
+    //! The most accurate run within such a time.
+    ExitCode spend( const Real budget )
+    {
+        return advise(
+            fmt::format( "{:g}s", budget ), "the most accurate run",
+            [&]( const auto& lines ) { return mostAccurate( lines, budget ); },
+            []( const auto& lines ) { return cheapest( lines, infinity ); },
+            [&]( const StudyRow& row )
+            { return row.record.at( "seconds" ) <= budget; } );
+    }
+
+  private:
+    static constexpr Real infinity = std::numeric_limits<Real>::infinity();
+    //! How often a run that misses teaches the fits before they give up.
+    static constexpr int attempts = 4;
+
+    /*!
+      \brief Chooses, runs, and chooses anew with what that run has shown.
+      \param choose, chooseNearest lines -> optional candidate
+      \param keeps row -> is it what was asked for?
+    */
+    template <class Choose, class Nearest, class Keeps>
+    ExitCode advise( const std::string& request, const char* what,
+                     const Choose& choose, const Nearest& chooseNearest,
+                     const Keeps& keeps )
+    {
+        for ( int attempt = 0; attempt < attempts; ++attempt )
+        {
+            const auto lines = makeLines( _rows, _error );
+            const auto choice = choose( lines );
+            if ( !choice )
+            {
+                tellNearest( request, lines, chooseNearest( lines ) );
+                return numerical_failure;
+            }
+            fmt::print( "\n{}: by the fits {} is {}\n", request, what,
+                        named( lines, *choice ) );
+            const auto row = _laboratory.prove(
+                request, _error, like( lines[choice->line].name ), *choice );
+            if ( !row )
+                return stopped_early;
+            if ( !row->isFinished() )
+            {
+                fmt::print( "{}\n", formatRow( *row, _error ) );
+                return numerical_failure;
+            }
+            compare( *choice, *row );
+            if ( keeps( *row ) )
+            {
+                fmt::print( "{}: kept\n", request );
+                return finished;
+            }
+            fmt::print( "{}: missed\n", request );
+            _rows.push_back( *row );
+        }
+        return numerical_failure;
+    }
+
+    static std::string named( const std::vector<Line>& lines,
+                              const Candidate& candidate )
+    {
+        return fmt::format( "{}, {} cells", lines[candidate.line].name,
+                            formatCells( candidate.cells ) );
+    }
+
+    static void tellNearest( const std::string& request,
+                             const std::vector<Line>& lines,
+                             const std::optional<Candidate>& nearest )
+    {
+        fmt::print( "\n{}: out of reach. The fits are trusted up to {} times "
+                    "the cells of the finest run along each axis; let the "
+                    "study vary finer grids, or other settings\n",
+                    request, farthest_refinement );
+        if ( nearest )
+            fmt::print( "nearest by the fits is {}: {:.3g} in {}\n",
+                        named( lines, *nearest ), nearest->error,
+                        formatSeconds( nearest->seconds ) );
+    }
+
+    //! A run of this line.
+    const StudyRow& like( const std::string& line ) const
+    {
+        return *std::find_if( _rows.begin(), _rows.end(),
+                              [&]( const StudyRow& row )
+                              { return row.run.line == line; } );
+    }
+
+    void compare( const Candidate& predicted, const StudyRow& real ) const
+    {
+        const Real seconds = real.record.at( "seconds" );
+        const Real error = real.error( _error );
+        auto difference = []( const Real a, const Real b )
+        { return fmt::format( "{:+.0f} %", 100 * ( b / a - 1 ) ); };
+        auto show = [&]( const char* head, const std::string& time,
+                         const std::string& value )
+        { fmt::print( "{:>12}  {:>12}  {:>12}\n", head, time, value ); };
+        show( "", "time", _error );
+        show( "predicted", formatSeconds( predicted.seconds ),
+              fmt::format( "{:.3e}", predicted.error ) );
+        show( "real", formatSeconds( seconds ),
+              fmt::format( "{:.3e}", error ) );
+        show( "", difference( predicted.seconds, seconds ),
+              difference( predicted.error, error ) );
+    }
+
+    Laboratory& _laboratory;
+    std::string _error;
+    std::vector<StudyRow> _rows; // the study's, and what has been proven
+};
+
+} // namespace
+
+ExitCode runStudy( const std::string& file, const StudyOptions& options )
+{
+    auto study = loadStudy( file );
+    if ( options.clock == "processor" )
+        study.clock = Clock::processor;
+    std::optional<Target> target;
+    if ( !options.target.empty() )
+        target = parseTarget( options.target, study );
+    std::optional<Real> budget;
+    if ( !options.budget.empty() )
+        budget = parseBudget( options.budget );
+    if ( options.dry_run )
+    {
+        for ( const auto& run : study.runs )
+            fmt::print( "{:>13} cells  {}\n", formatCells( run.cells() ),
+                        run.line );
+        fmt::print( "{}: {} runs, {} time(s) each\n", file, study.runs.size(),
+                    study.repeats );
+        return finished;
+    }
+
+    const fs::path folder = options.output.empty()
+                                ? fs::path( "out/studies" ) / study.name
+                                : fs::path( options.output );
+    Laboratory laboratory( study, folder );
+    if ( const auto foreign = laboratory.foreignRows() )
+        fmt::print( stderr,
+                    "machpoint: {} runs in {} are of another revision and "
+                    "kept; to make them anew, remove the directory\n",
+                    foreign, folder.string() );
+    if ( !laboratory.runAll() )
+    {
+        fmt::print( stderr, "machpoint: stopped; to go on, repeat the "
+                            "command\n" );
+        return stopped_early;
+    }
+    fmt::print( "{}", formatStudy( study, laboratory.rows() ) );
+    const auto& rows = laboratory.rows();
+    auto code =
+        std::all_of( rows.begin(), rows.end(),
+                     []( const StudyRow& row ) { return row.isFailed(); } )
+            ? numerical_failure
+            : finished;
+    if ( target && code == finished )
+        code = Adviser( laboratory, target->name ).reach( target->value );
+    if ( budget && code == finished )
+        code = Adviser( laboratory, study.error ).spend( *budget );
+    fmt::print( "output: {}\n", folder.string() );
+    return code;
+}
+
+} // namespace Machpoint

@@ -1,0 +1,395 @@
+#include <drivers/study_input.hpp>
+
+#include <drivers/input.hpp>
+#include <drivers/study_fit.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+namespace Machpoint
+{
+
+namespace
+{
+
+constexpr auto resolution = "grid.cells"; // what makes a line
+
+//! What a run can be measured by.
+Family referenceFamily()
+{
+    return { "reference", []( const int dimension )
+             {
+                 Parameters run( "run", "one run for all", dimension );
+                 run.anything( "set", "its settings: path -> value" );
+                 return std::vector<Parameters>{
+                     { "exact", "the scene's exact solution", dimension },
+                     { "finer", "the next finer run of the line", dimension },
+                     run };
+             } };
+}
+
+} // namespace
+
+Parameters studyParameters()
+{
+    Parameters all( "study", "many runs of one scene, and what they cost", 0 );
+    all.text( "study", "name of the study and of its output directory" )
+        .nonEmpty();
+    all.text( "input", "the scene: its file, as seen from that of the study" )
+        .nonEmpty();
+    all.anything( "set", "settings of all runs: an object path -> value, as "
+                         "in --set" )
+        .defaultsTo( Json::object() );
+    all.anything( "vary", "what the runs differ in: a list of objects path -> "
+                          "list of values; each object gives all combinations "
+                          "of its values" );
+    all.text( "error", "what a run is judged by: FIELD.NORM, or "
+                       "OBSTACLE.COLUMN of its series, averaged over the "
+                       "second half of the run" )
+        .nonEmpty()
+        .defaultsTo( "density.L1" );
+    all.oneOf( "reference", referenceFamily(),
+               "what the error is measured against; by default the exact "
+               "solution" )
+        .defaultsTo( Json::object( { { "type", "exact" } } ) );
+    all.integer( "repeats", "how often each run is timed; the median counts" )
+        .atLeast( 1 )
+        .atMost( 100 )
+        .defaultsTo( 3 );
+    return all;
+}
+
+bool isFieldError( const std::string& error )
+{
+    return error.ends_with( ".L1" ) || error.ends_with( ".L2" ) ||
+           error.ends_with( ".Linf" );
+}
+
+namespace
+{
+
+std::vector<std::string> fieldErrors()
+{
+    std::vector<std::string> names;
+    for ( const auto* field :
+          { "density", "velocity", "pressure", "specific_internal_energy" } )
+        for ( const auto* norm : { "L1", "L2", "Linf" } )
+            names.push_back( fmt::format( "{}.{}", field, norm ) );
+    return names;
+}
+
+//! Columns of the obstacles' series. \param input resolved
+std::vector<std::string> obstacleErrors( const Json& input )
+{
+    std::vector<std::string> names;
+    const int dimension = input.at( "dimension" );
+    for ( const auto& entry : input.at( "boundary" ) )
+    {
+        if ( entry.at( "type" ) != "obstacle" )
+            continue;
+        const auto name = entry.at( "name" ).get<std::string>();
+        for ( int d = 0; d < dimension; ++d )
+            names.push_back( fmt::format( "{}.force_{}", name, "xyz"[d] ) );
+        names.push_back( name + ".mean_surface_pressure" );
+    }
+    return names;
+}
+
+std::string shown( const Json& value )
+{
+    return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+//! "conservative cubic per_cell=4": what tells a line from the others.
+std::string lineName( const Json& settings )
+{
+    std::vector<std::string> words;
+    for ( const auto& item : settings.items() )
+    {
+        if ( item.key() == resolution )
+            continue;
+        const auto& path = item.key();
+        words.push_back(
+            item.value().is_string()
+                ? item.value().get<std::string>()
+                : fmt::format( "{}={}", path.substr( path.rfind( '.' ) + 1 ),
+                               item.value().dump() ) );
+    }
+    return fmt::format( "{}", fmt::join( words, " " ) );
+}
+
+void setValue( Json& input, const std::string& path, const Json& value )
+{
+    applyOverride( input, fmt::format( "{}={}", path, value.dump() ) );
+}
+
+//! Reads a study and collects all that is wrong with it.
+class Reader
+{
+  public:
+    explicit Reader( const std::string& file ) : _file( file ) {}
+
+    Study read()
+    {
+        _json = resolve( parseJson( readFile( _file ), _file ),
+                         studyParameters(), _file, _errors );
+        const bool has_settings = checkSettings( "/set", "set", _json );
+        const bool has_matrix = checkMatrix();
+        throwIfWrong( !_json.contains( "input" ) ||
+                      !_json.at( "input" ).is_string() );
+        readScene();
+        throwIfWrong( _input.is_null() );
+        if ( has_settings )
+            applySettings();
+        if ( has_matrix )
+            tryMatrix();
+        checkReference();
+        throwIfWrong( true );
+        makeRuns();
+        throwIfWrong( true );
+        return std::move( _study );
+    }
+
+  private:
+    void fail( const std::string& place, const std::string& message )
+    {
+        _errors.push_back( fmt::format( "{}: {}: {}", _file, place, message ) );
+    }
+
+    //! Ends the reading when nothing more can be found.
+    void throwIfWrong( const bool at_end )
+    {
+        if ( at_end && !_errors.empty() )
+            throw InputError( _errors );
+    }
+
+    //! An object path -> value.
+    bool checkSettings( const std::string& place, const char* key,
+                        const Json& parent )
+    {
+        if ( !parent.contains( key ) )
+            return false;
+        const bool fits = parent.at( key ).is_object();
+        if ( !fits )
+            fail( place, "expected an object path -> value, as in "
+                         "{ \"time.cfl\": 0.2 }" );
+        return fits;
+    }
+
+    //! A list of objects path -> list of values.
+    bool checkMatrix()
+    {
+        constexpr auto example = "as in [ { \"grid.cells\": [[100], [200]] } ]";
+        if ( !_json.contains( "vary" ) )
+            return false;
+        const auto& vary = _json.at( "vary" );
+        if ( !vary.is_array() || vary.empty() )
+        {
+            fail( "/vary", fmt::format( "expected a list of objects path -> "
+                                        "list of values, {}",
+                                        example ) );
+            return false;
+        }
+        bool fits = true;
+        for ( std::size_t k = 0; k < vary.size(); ++k )
+        {
+            const auto place = fmt::format( "/vary/{}", k );
+            const bool is_block = vary[k].is_object() && !vary[k].empty();
+            if ( !is_block )
+                fail( place, fmt::format( "expected an object path -> list of "
+                                          "values, {}",
+                                          example ) );
+            fits = fits && is_block;
+            for ( const auto& item : vary[k].items() )
+                if ( is_block &&
+                     ( !item.value().is_array() || item.value().empty() ) )
+                {
+                    fail( fmt::format( "{}/{}", place, item.key() ),
+                          fmt::format( "expected a list of values, {}",
+                                       example ) );
+                    fits = false;
+                }
+        }
+        return fits;
+    }
+
+    void readScene()
+    {
+        const auto path = std::filesystem::path( _file ).parent_path() /
+                          _json.at( "input" ).get<std::string>();
+        try
+        {
+            _scene = parseJson( readFile( path.string() ), path.string() );
+            _input = resolveInput( _scene, path.string() );
+        }
+        catch ( const InputError& error )
+        {
+            for ( const auto& message : error.messages() )
+                fail( "/input", message );
+        }
+        // Of a study's runs the summary is wanted; how much is written, and
+        // how often, would be part of the time.
+        if ( !_input.is_null() )
+            _scene["output"] = { { "particles", false }, { "grid", false } };
+    }
+
+    //! Reports what each setting by itself makes wrong. Conflicts between
+    //! keys are those of whole runs.
+    void tryAll( const std::string& place, const Json& settings )
+    {
+        for ( const auto& item : settings.items() )
+            tryOne( fmt::format( "{}/{}", place, item.key() ), item.key(),
+                    item.value() );
+    }
+
+    void tryOne( const std::string& place, const std::string& path,
+                 const Json& value )
+    {
+        auto input = _scene;
+        std::vector<std::string> wrong;
+        try
+        {
+            setValue( input, path, value );
+            resolve( input, inputParameters( _input.at( "dimension" ) ), "",
+                     wrong );
+        }
+        catch ( const InputError& error )
+        {
+            wrong = error.messages();
+        }
+        for ( const auto& message : wrong )
+            fail( place,
+                  message.starts_with( ": " ) ? message.substr( 2 ) : message );
+    }
+
+    void applySettings()
+    {
+        const auto errors = _errors.size();
+        tryAll( "/set", _json.at( "set" ) );
+        if ( errors == _errors.size() )
+            for ( const auto& item : _json.at( "set" ).items() )
+                setValue( _scene, item.key(), item.value() );
+    }
+
+    void tryMatrix()
+    {
+        const auto& vary = _json.at( "vary" );
+        for ( std::size_t k = 0; k < vary.size(); ++k )
+            for ( const auto& item : vary[k].items() )
+                for ( std::size_t v = 0; v < item.value().size(); ++v )
+                    tryOne( fmt::format( "/vary/{}/{}/{}", k, item.key(), v ),
+                            item.key(), item.value()[v] );
+    }
+
+    void checkReference()
+    {
+        const auto& reference = _json.at( "reference" );
+        const auto type = reference.value( "type", "" );
+        if ( type == "exact" && !_input.contains( "exact" ) )
+            fail( "/reference",
+                  "the scene names no exact solution; choose { \"type\": "
+                  "\"finer\" } or { \"type\": \"run\", \"set\": {...} }" );
+        if ( type == "run" &&
+             checkSettings( "/reference/set", "set", reference ) )
+            tryAll( "/reference/set", reference.at( "set" ) );
+        _study.reference = type == "run"     ? Reference::run
+                           : type == "finer" ? Reference::finer
+                                             : Reference::exact;
+        const auto& error = _json.at( "error" );
+        if ( !error.is_string() )
+            return;
+        auto names = fieldErrors();
+        if ( _study.reference != Reference::exact )
+            for ( const auto& column : obstacleErrors( _input ) )
+                names.push_back( column );
+        const auto name = error.get<std::string>();
+        if ( std::find( names.begin(), names.end(), name ) != names.end() )
+            return;
+        const auto near = nearest( name, names );
+        fail( "/error",
+              fmt::format( "expected one of {}, got \"{}\"{}",
+                           fmt::join( names, ", " ), name,
+                           near.empty() ? ""
+                                        : fmt::format( "; did you mean \"{}\"?",
+                                                       near ) ) );
+    }
+
+    void makeRuns()
+    {
+        _study.name = _json.at( "study" );
+        if ( _study.name.find_first_of( "/\\" ) != std::string::npos )
+            fail( "/study", "names a directory, so it must hold no slash" );
+        _study.error = _json.at( "error" );
+        _study.repeats = _json.at( "repeats" );
+        if ( isFieldError( _study.error ) &&
+             _study.reference != Reference::exact )
+            _scene["output"]["grid"] = true;
+        _study.scene = _scene;
+        std::set<std::string> told;
+        auto add = [&]( const Json& settings, std::vector<StudyRun>& runs )
+        {
+            try
+            {
+                runs.push_back( makeStudyRun( _study, settings, _file ) );
+            }
+            catch ( const InputError& error )
+            {
+                for ( const auto& message : error.messages() )
+                    if ( told.insert( message ).second )
+                        _errors.push_back( message );
+            }
+        };
+        for ( const auto& settings : expandMatrix( _json.at( "vary" ) ) )
+            add( settings, _study.runs );
+        if ( _study.reference == Reference::run )
+            add( _json.at( "reference" ).at( "set" ), _study.reference_run );
+    }
+
+    const std::string& _file;
+    std::vector<std::string> _errors;
+    Json _json;  // the study
+    Json _scene; // as written, then with `set`
+    Json _input; // the scene resolved
+    Study _study;
+};
+
+} // namespace
+
+StudyRun makeStudyRun( const Study& study, const Json& settings,
+                       const std::string& file )
+{
+    StudyRun run{ lineName( settings ), settings, study.scene };
+    std::vector<std::string> words;
+    for ( const auto& item : settings.items() )
+    {
+        setValue( run.input, item.key(), item.value() );
+        words.push_back(
+            fmt::format( "{}={}", item.key(), shown( item.value() ) ) );
+    }
+    if ( !run.input.at( "output" ).contains( "every" ) )
+        run.input["output"]["every"] = run.input.at( "time" ).at( "end" );
+    run.input = resolveInput(
+        run.input, fmt::format( "{}: {}", file, fmt::join( words, " " ) ) );
+    if ( run.line.empty() )
+        run.line = study.name;
+    return run;
+}
+
+std::vector<std::string> errorNames( const Study& study )
+{
+    // Grids are kept only where they are compared.
+    return isFieldError( study.error )
+               ? fieldErrors()
+               : obstacleErrors( study.runs.front().input );
+}
+
+Study loadStudy( const std::string& file )
+{
+    return Reader( file ).read();
+}
+
+} // namespace Machpoint

@@ -1,0 +1,83 @@
+/*!
+  \file study_input.hpp
+  \brief Layer 7: a study file, from text to the runs that it asks for.
+*/
+#ifndef MACHPOINT_STUDY_INPUT_HPP
+#define MACHPOINT_STUDY_INPUT_HPP
+
+#include <core/parameters.hpp>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! All keys of a study.
+Parameters studyParameters();
+
+//! One setting of a study.
+struct StudyRun
+{
+    std::string line; //!< what it shares with runs that differ in cells alone
+    Json settings;    //!< path -> value, as the study varies them
+    Json input;       //!< resolved
+
+    std::vector<std::int64_t> cells() const
+    {
+        return input.at( "grid" ).at( "cells" );
+    }
+};
+
+//! What a study measures its runs by.
+enum class Reference
+{
+    exact, //!< the scene's exact solution
+    finer, //!< the next finer run of the line
+    run    //!< one run for all
+};
+
+//! What a run's time is.
+enum class Clock
+{
+    wall,     //!< seconds that pass, from the first step to the end
+    processor //!< of all threads, with start and set-up
+};
+
+//! A study file, checked.
+struct Study
+{
+    std::string name;
+    std::string error; //!< field.norm or obstacle.column
+    Reference reference = Reference::exact;
+    int repeats = 1;
+    Clock clock = Clock::wall;           //!< not from the file
+    Json scene;                          //!< input with `set`, not resolved
+    std::vector<StudyRun> runs;          //!< in the order of the file
+    std::vector<StudyRun> reference_run; //!< one, or none
+};
+
+//! Is this error that of a field, over the domain? Else of an obstacle.
+bool isFieldError( const std::string& error );
+
+/*!
+  \brief A run of a study: the scene with these settings.
+  \param settings path -> value
+  \throws InputError with every mistake at once
+*/
+StudyRun makeStudyRun( const Study& study, const Json& settings,
+                       const std::string& file );
+
+//! The errors that a study tells, as `field.norm` or `obstacle.column`.
+std::vector<std::string> errorNames( const Study& study );
+
+/*!
+  \brief Reads and checks a study and all of its runs.
+  \throws InputError with every mistake at once
+*/
+Study loadStudy( const std::string& file );
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,119 @@
+#include <drivers/study_process.hpp>
+
+#include <core/file.hpp>
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <fstream>
+#include <vector>
+
+namespace fs = std::filesystem;
+
+namespace Machpoint
+{
+
+namespace
+{
+
+volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t running = 0; // process, 0: none
+
+extern "C" void passOn( int )
+{
+    interrupted = 1;
+    if ( running > 0 )
+        kill( running, SIGTERM );
+}
+
+//! The first line that says something.
+std::string firstWords( const fs::path& log )
+{
+    const std::string speaker = "machpoint: ";
+    std::ifstream stream( log );
+    std::string line;
+    while ( std::getline( stream, line ) )
+        if ( !line.empty() )
+            return line.substr( line.starts_with( speaker ) ? speaker.size()
+                                                            : 0 );
+    return "";
+}
+
+} // namespace
+
+ProcessGuard::ProcessGuard()
+{
+    interrupted = 0;
+    _int = std::signal( SIGINT, passOn );
+    _term = std::signal( SIGTERM, passOn );
+}
+
+ProcessGuard::~ProcessGuard()
+{
+    std::signal( SIGINT, _int );
+    std::signal( SIGTERM, _term );
+}
+
+bool ProcessGuard::isInterrupted() const
+{
+    return interrupted != 0;
+}
+
+ProcessResult ProcessGuard::run( const fs::path& input, const fs::path& output,
+                                 const fs::path& log ) const
+{
+    std::vector<std::string> words = {
+        "machpoint",     "run",         input.string(), "--output",
+        output.string(), "--overwrite", "--quiet" };
+    std::vector<char*> arguments;
+    for ( auto& word : words )
+        arguments.push_back( word.data() );
+    arguments.push_back( nullptr );
+
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init( &files );
+    posix_spawn_file_actions_addopen( &files, STDIN_FILENO, "/dev/null",
+                                      O_RDONLY, 0 );
+    posix_spawn_file_actions_addopen( &files, STDOUT_FILENO, log.c_str(),
+                                      O_WRONLY | O_CREAT | O_TRUNC, 0666 );
+    posix_spawn_file_actions_adddup2( &files, STDOUT_FILENO, STDERR_FILENO );
+    pid_t process = 0;
+    const int error = posix_spawn( &process, "/proc/self/exe", &files, nullptr,
+                                   arguments.data(), environ );
+    posix_spawn_file_actions_destroy( &files );
+    if ( error != 0 )
+        throw IoError( log, "cannot start a run that prints to the file",
+                       error );
+
+    running = process;
+    // A signal between the start and this line has met nobody.
+    if ( interrupted )
+        kill( process, SIGTERM );
+    int status = 0;
+    rusage usage{};
+    while ( wait4( process, &status, 0, &usage ) < 0 && errno == EINTR )
+        ;
+    running = 0;
+
+    ProcessResult result;
+    result.code =
+        WIFEXITED( status ) ? WEXITSTATUS( status ) : 128 + WTERMSIG( status );
+    auto seconds = []( const timeval& time )
+    {
+        return static_cast<Real>( time.tv_sec ) +
+               1e-6 * static_cast<Real>( time.tv_usec );
+    };
+    result.cpu_seconds = seconds( usage.ru_utime ) + seconds( usage.ru_stime );
+    result.first_words = firstWords( log );
+    if ( result.code == 0 )
+        removeFile( log );
+    return result;
+}
+
+} // namespace Machpoint

@@ -1,0 +1,359 @@
+"""machpoint study: rows, resuming, failures, wrong studies, advice.
+
+The executable comes from MACHPOINT_EXECUTABLE. Studies here take few cells, so
+that a run takes hundredths of a second; what they measure is not under test.
+"""
+
+import csv
+import json
+import math
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
+INPUTS = pathlib.Path(__file__).resolve().parent.parent / "input"
+PLOT = INPUTS.parent / "tools/plot.py"
+FINISHED, NUMERICAL_FAILURE, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
+ENVIRONMENT = dict(os.environ, OMP_PROC_BIND="false", OMP_NUM_THREADS="1")
+
+
+class StudyTest(unittest.TestCase):
+
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.directory = pathlib.Path(scratch.name)
+        self.output = self.directory / "out"
+
+    def write(self, **keys):
+        """A study of the Sod tube."""
+        study = {"study": "tiny", "input": str(INPUTS / "sod.json"), **keys}
+        path = self.directory / "study.json"
+        path.write_text(json.dumps(study))
+        return path
+
+    def command(self, path, *arguments):
+        return [EXECUTABLE, "study", str(path), "--output", str(self.output),
+                *arguments]
+
+    def study(self, path, *arguments, code=FINISHED):
+        result = subprocess.run(self.command(path, *arguments),
+                                stdin=subprocess.DEVNULL, capture_output=True,
+                                text=True, timeout=120, env=ENVIRONMENT)
+        self.assertEqual(result.returncode, code,
+                         result.stdout + result.stderr)
+        return result
+
+    def result(self):
+        return json.loads((self.output / "study.json").read_text())
+
+
+MATRIX = [{"method.name": ["conservative", "apic"],
+           "grid.cells": [[20], [40]]}]
+
+
+class Rows(StudyTest):
+
+    def test_rows_laws_and_front(self):
+        shown = self.study(self.write(vary=MATRIX, repeats=2)).stdout
+        study = self.result()
+        rows = study["rows"]
+        self.assertEqual([(r["line"], r["cells"]) for r in rows],
+                         [("conservative", [20]), ("conservative", [40]),
+                          ("apic", [20]), ("apic", [40])])
+        for row in rows:
+            self.assertEqual(row["status"], "finished")
+            self.assertEqual(len(row["wall_rounds"]), 2)
+            self.assertEqual(len(row["cpu_rounds"]), 2)
+            self.assertAlmostEqual(row["seconds"], sum(row["wall_rounds"]) / 2)
+            self.assertGreater(row["particle_updates"], row["steps"] * 50)
+            self.assertGreater(row["memory_bytes"], 1e6)
+            # The run's own summary says the same.
+            summary = json.loads(
+                (self.output / "runs" / row["id"] / "summary.json").read_text())
+            self.assertEqual(summary["cells"], row["cells"])
+            self.assertEqual(summary["errors"]["density"]["L1"],
+                             row["errors"]["density.L1"])
+        coarse, fine = (r["errors"]["density.L1"] for r in rows[:2])
+        law = study["laws"][0]
+        self.assertAlmostEqual(law["order"], math.log2(coarse / fine))
+        seconds = [r["seconds"] for r in rows[:2]]
+        self.assertAlmostEqual(law["time_exponent"],
+                               math.log2(seconds[1] / seconds[0]))
+        self.assertAlmostEqual(
+            law["halving_takes"],
+            2**(law["time_exponent"] / law["order"]))
+        self.assertIn("halving this error takes", shown)
+        front = [r for r in rows if r["id"] in study["pareto"]]
+        for row in front:
+            self.assertFalse(any(
+                other["seconds"] < row["seconds"] and
+                other["errors"]["density.L1"] < row["errors"]["density.L1"]
+                for other in rows))
+        with open(self.output / "study.csv") as file:
+            table = list(csv.DictReader(file))
+        self.assertEqual([float(r["density.L1"]) for r in table],
+                         [r["errors"]["density.L1"] for r in rows])
+        self.assertEqual([r["grid.cells"] for r in table],
+                         ["[20]", "[40]", "[20]", "[40]"])
+
+    def test_a_failing_run_is_a_row(self):
+        # Without a retry, such a step breaks the gas at once.
+        path = self.write(vary=[{"time.cfl": [0.4, 50], "grid.cells": [[20]]}],
+                          set={"time.retries": 1}, repeats=2)
+        shown = self.study(path).stdout
+        good, bad = self.result()["rows"]
+        self.assertEqual(good["status"], "finished")
+        self.assertEqual(bad["status"], "failed")
+        self.assertEqual(bad["exit_code"], NUMERICAL_FAILURE)
+        self.assertEqual(bad["wall_rounds"], [])
+        self.assertIn("the gas broke down", bad["message"])
+        self.assertIn("failed: the gas broke down", shown)
+
+    def test_all_failing(self):
+        path = self.write(vary=[{"time.cfl": [50], "grid.cells": [[20]]}],
+                          set={"time.retries": 1})
+        self.study(path, code=NUMERICAL_FAILURE)
+
+    def test_next_finer_run_as_reference(self):
+        path = self.write(vary=[{"grid.cells": [[80], [20], [40]]}],
+                          reference={"type": "finer"}, repeats=1)
+        self.study(path)
+        rows = {r["cells"][0]: r for r in self.result()["rows"]}
+        self.assertEqual(rows[20]["compared_to"], rows[40]["id"])
+        self.assertEqual(rows[40]["compared_to"], rows[80]["id"])
+        self.assertNotIn("errors", rows[80])
+        self.assertGreater(rows[20]["errors"]["density.L1"],
+                           rows[40]["errors"]["density.L1"])
+
+    def test_one_run_as_reference(self):
+        path = self.write(vary=[{"grid.cells": [[20], [40]]}], repeats=1,
+                          reference={"type": "run",
+                                     "set": {"grid.cells": [40]}})
+        self.study(path)
+        coarse, same = self.result()["rows"]
+        self.assertGreater(coarse["errors"]["density.L1"], 1e-3)
+        self.assertEqual(same["errors"]["density.L1"], 0)
+
+
+class Advice(StudyTest):
+
+    def test_target_and_out_of_reach(self):
+        path = self.write(vary=[{"grid.cells": [[20], [40]]}], repeats=1)
+        target = 0.02  # what some 30 cells reach
+        self.study(path, "--target", f"density.L1={target}")
+        proof = self.result()["proofs"][-1]
+        self.assertEqual(proof["request"], "density.L1=0.02")
+        self.assertLessEqual(proof["value"], target)
+        self.assertGreater(proof["predicted"]["seconds"], 0)
+        shown = self.study(path, "--target", "density.L1=1e-9",
+                           code=NUMERICAL_FAILURE).stdout
+        self.assertIn("out of reach", shown)
+        self.study(path, "--budget", "1h")
+        self.assertEqual(self.result()["proofs"][-1]["row"]["cells"], [80])
+        shown = self.study(path, "--budget", "1e-9s",
+                           code=NUMERICAL_FAILURE).stdout
+        self.assertIn("out of reach", shown)
+
+    def test_what_cannot_be_asked(self):
+        path = self.write(vary=MATRIX)
+        for arguments, text in [
+            (["--target", "densty.L1=1"], 'did you mean "density.L1"?'),
+            (["--target", "density.L1"], "NAME=VALUE"),
+            (["--target", "density.L1=-1"], "NAME=VALUE"),
+            (["--budget", "3d"], "20s, 3min or 1h")]:
+            with self.subTest(arguments=arguments):
+                shown = self.study(path, *arguments, code=WRONG_INPUT).stderr
+                self.assertIn(text, shown)
+                self.assertFalse(self.output.exists())
+
+
+class Interrupted(StudyTest):
+
+    def interrupt(self, number):
+        """Signals a study in its second run, which would take minutes."""
+        path = self.write(vary=[{"time.end": [0.01, 0.2],
+                                 "grid.cells": [[20], [20000]]}], repeats=1)
+        process = subprocess.Popen(self.command(path), env=ENVIRONMENT,
+                                   stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
+        deadline = time.monotonic() + 60
+        while len(list(self.output.glob("runs/*.json"))) < 2:
+            self.assertIsNone(process.poll())
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.01)
+        time.sleep(0.2)
+        process.send_signal(number)
+        process.wait(timeout=60)
+        return process
+
+    def test_stopped_by_a_signal(self):
+        for number in [signal.SIGINT, signal.SIGTERM]:
+            with self.subTest(signal=number):
+                self.output = self.directory / number.name
+                process = self.interrupt(number)
+                self.assertEqual(process.returncode, STOPPED_EARLY)
+                self.assertEqual([r["status"] for r in self.result()["rows"]],
+                                 ["finished"] + 3 * ["waiting"])
+
+    def test_resumes_without_repeating(self):
+        matrix = [{"grid.cells": [[20], [30], [40]]}]
+        path = self.write(vary=[{"grid.cells": [[20], [30]]}], repeats=1)
+        self.study(path)
+        before = self.result()["rows"]
+        # As a kill leaves it: a row is missing and another one half done.
+        study = self.result()
+        study["rows"][1].update(status="waiting", wall_rounds=[],
+                                cpu_rounds=[])
+        (self.output / "study.json").write_text(json.dumps(study))
+        stamp = self.summary(before[0]).stat().st_mtime_ns
+        other = self.summary(before[1]).stat().st_mtime_ns
+        path = self.write(vary=matrix, repeats=1)
+        lines = self.study(path).stderr.splitlines()
+        self.assertEqual(len(lines), 2, lines)
+        after = self.result()["rows"]
+        self.assertEqual([r["status"] for r in after], 3 * ["finished"])
+        self.assertEqual(after[0], before[0])
+        self.assertEqual(self.summary(before[0]).stat().st_mtime_ns, stamp)
+        self.assertGreater(self.summary(before[1]).stat().st_mtime_ns, other)
+        # Both clocks are kept, so another one repeats nothing.
+        self.assertEqual(self.study(path, "--clock", "processor").stderr, "")
+        row = self.result()["rows"][0]
+        self.assertEqual(row["seconds"], row["cpu_rounds"][0])
+        # All is there: nothing is run, and more rounds run what they add.
+        self.assertEqual(self.study(path).stderr, "")
+        path = self.write(vary=matrix, repeats=2)
+        self.assertEqual(len(self.study(path).stderr.splitlines()), 3)
+
+    def summary(self, row):
+        return self.output / "runs" / row["id"] / "summary.json"
+
+    def test_killed(self):
+        # Kills the study but not its run, which then ends by itself: without
+        # minutes of work, so that it does so soon.
+        cells = [[n] for n in range(20, 120, 2)]
+        path = self.write(vary=[{"grid.cells": cells}], repeats=1)
+        process = subprocess.Popen(self.command(path), env=ENVIRONMENT,
+                                   stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE, text=True)
+        for _ in range(3):
+            process.stderr.readline()
+        process.kill()
+        process.communicate()
+        done = [r for r in self.result()["rows"] if r["status"] == "finished"]
+        self.assertGreaterEqual(len(done), 3)
+        self.assertLess(len(done), len(cells))
+        time.sleep(1)  # the orphan's
+        path = self.write(vary=[{"grid.cells": cells[:len(done) + 1]}],
+                          repeats=1)
+        lines = self.study(path).stderr.splitlines()
+        self.assertEqual(len(lines), 1)
+        self.assertEqual(self.result()["rows"][:len(done)], done)
+
+    def test_a_broken_study_json_is_kept(self):
+        path = self.write(vary=MATRIX)
+        self.output.mkdir()
+        file = self.output / "study.json"
+        for text in ["mine", "[]", "{}"]:
+            file.write_text(text)
+            result = self.study(path, code=IO_FAILURE)
+            self.assertIn(str(file), result.stderr)
+            self.assertEqual(file.read_text(), text)
+
+
+class Wrong(StudyTest):
+
+    def assertSays(self, path, *texts):
+        errors = self.study(path, code=WRONG_INPUT).stderr
+        for text in texts:
+            self.assertIn(text, errors)
+        self.assertFalse(self.output.exists())
+        return errors.splitlines()
+
+    def test_all_errors_at_once(self):
+        path = self.write(
+            inptu=1, repeats=0, error="densty.L1", set={"time.cfll": 1},
+            vary=[{"method.nam": ["apic"], "grid.cells": [[20], [2, 2], 7]},
+                  {"grd.cells": [[20]], "physics[1].linear": ["x"]}])
+        lines = self.assertSays(
+            path, '/inptu: unknown key; did you mean "input"?', "/repeats: must",
+            '/error: expected', 'did you mean "density.L1"?',
+            "/set/time.cfll", 'did you mean "cfl"?',
+            "/vary/0/method.nam/0", 'did you mean "name"?',
+            "/vary/0/grid.cells/1: ", "/vary/0/grid.cells/2: ",
+            "/vary/1/grd.cells/0", 'did you mean "grid"?',
+            "/vary/1/physics[1].linear/0: ")
+        self.assertEqual(len(lines), 9)
+
+    def test_shapes(self):
+        for keys, place in [
+            ({}, "/vary: missing"), ({"vary": []}, "/vary: expected"),
+            ({"vary": [3]}, "/vary/0: expected"),
+            ({"vary": [{}]}, "/vary/0: expected"),
+            ({"vary": [{"time.cfl": 0.3}]}, "/vary/0/time.cfl: expected"),
+            ({"vary": MATRIX, "set": [1]}, "/set: expected"),
+            ({"vary": MATRIX, "study": "a/b"}, "/study: "),
+            ({"vary": MATRIX, "input": "none.json"}, "none.json"),
+            ({"vary": MATRIX, "reference": {"type": "run"}},
+             "/reference/set: missing"),
+            ({"vary": MATRIX, "reference": {"type": "fine"}},
+             'did you mean "finer"?')]:
+            with self.subTest(keys=keys):
+                self.assertSays(self.write(**keys), place)
+
+    def test_conflicts_name_the_run(self):
+        path = self.write(vary=[{"method.name": ["apic", "conservative"],
+                                 "method.time": ["midpoint"],
+                                 "grid.cells": [[20], [1]]}])
+        lines = self.assertSays(path, "method.name=apic", "/method/time: ",
+                                "grid.cells=[1]: /grid/cells/0: ")
+        self.assertEqual(len(lines), 4)
+
+    def test_no_exact_solution(self):
+        study = {"study": "x", "input": str(INPUTS / "cylinder_mach3.json"),
+                 "vary": [{"grid.cells": [[20, 10]]}]}
+        path = self.directory / "study.json"
+        path.write_text(json.dumps(study))
+        self.assertSays(path, "/reference: the scene names no exact solution")
+
+    def test_shipped_studies_are_right(self):
+        paths = sorted((INPUTS / "studies").glob("*.json"))
+        self.assertGreaterEqual(len(paths), 7)
+        for path in paths:
+            with self.subTest(study=path.name):
+                shown = self.study(path, "--dry-run").stdout
+                self.assertRegex(shown, r"\d+ runs, \d+ time")
+                self.assertFalse(self.output.exists())
+
+
+class Pictures(StudyTest):
+
+    def test_plot(self):
+        self.study(self.write(vary=MATRIX, repeats=1))
+        result = subprocess.run(["/usr/bin/python3", str(PLOT), "study",
+                                 str(self.output)], capture_output=True,
+                                text=True, timeout=120)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for name in ["work_precision.png", "cost.png"]:
+            picture = self.output / name
+            self.assertIn(str(picture), result.stdout)
+            self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
+        page = (self.output / "report.html").read_text()
+        self.assertEqual(page.count("<svg"), 2)
+        self.assertIn("conservative", page)
+        # One file, whole without a network.
+        self.assertNotRegex(page, r'(src|href)="https?:')
+        self.assertNotRegex(page, r"@import|<script|<link")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,281 @@
+/*!
+  \file tstStudy.cpp
+  \brief The arithmetic of a study: matrix, laws, Pareto front, advice.
+*/
+#include <drivers/study_error.hpp>
+#include <drivers/study_fit.hpp>
+
+#include <core/file.hpp>
+#include <core/hdf5_file.hpp>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include <unistd.h>
+
+namespace Machpoint
+{
+namespace
+{
+
+constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
+// Of exp, log and pow, a few times over.
+constexpr Real round_off = 1e-12;
+
+TEST( Study, MatrixIsTheProductOfEachBlockLastPathFastest )
+{
+    const auto rows = expandMatrix( Json::parse( R"([
+        { "method.name": ["a", "b"], "grid.cells": [[1], [2]] } ])" ) );
+    ASSERT_EQ( rows.size(), 4u );
+    EXPECT_EQ( rows[0].dump(), R"({"method.name":"a","grid.cells":[1]})" );
+    EXPECT_EQ( rows[1].dump(), R"({"method.name":"a","grid.cells":[2]})" );
+    EXPECT_EQ( rows[2].dump(), R"({"method.name":"b","grid.cells":[1]})" );
+    EXPECT_EQ( rows[3].dump(), R"({"method.name":"b","grid.cells":[2]})" );
+}
+
+TEST( Study, WhatBlocksShareCountsOnce )
+{
+    const auto rows = expandMatrix( Json::parse( R"([
+        { "x": [1, 2] }, { "x": [2, 3], "y": [0] }, { "x": [2, 4] } ])" ) );
+    ASSERT_EQ( rows.size(), 5u );
+    EXPECT_EQ( rows[2].dump(), R"({"x":2,"y":0})" );
+    EXPECT_EQ( rows[4].dump(), R"({"x":4})" );
+}
+
+TEST( Study, PowerLawIsFoundExactly )
+{
+    const auto law = fitPowerLaw( { { 2, 3 * std::pow( 2, 1.7 ) },
+                                    { 5, 3 * std::pow( 5, 1.7 ) },
+                                    { 40, 3 * std::pow( 40, 1.7 ) } } );
+    ASSERT_TRUE( law );
+    EXPECT_NEAR( law->factor, 3, round_off );
+    EXPECT_NEAR( law->exponent, 1.7, round_off );
+    EXPECT_NEAR( law->scatter, 1, round_off );
+}
+
+TEST( Study, ScatterIsAFactor )
+{
+    // log y is +-log 2 about 0 at both ends alike: the law is 1, off by 2.
+    const auto law =
+        fitPowerLaw( { { 1, 2 }, { 1, .5 }, { 10, 2 }, { 10, .5 } } );
+    ASSERT_TRUE( law );
+    EXPECT_NEAR( law->exponent, 0, round_off );
+    EXPECT_NEAR( law->scatter, 2, round_off );
+}
+
+TEST( Study, NoLawWithoutTwoDifferentPoints )
+{
+    EXPECT_FALSE( fitPowerLaw( {} ) );
+    EXPECT_FALSE( fitPowerLaw( { { 3, 1 }, { 3, 2 }, { 3, 7 } } ) );
+    // What has no logarithm does not count.
+    EXPECT_FALSE( fitPowerLaw( { { 3, 1 }, { 4, 0 }, { 5, nan } } ) );
+}
+
+TEST( Study, PredictionGoesThroughThePointsAndContinuesTheLast )
+{
+    const std::vector<Point> points = {
+        { 10, 1 }, { 100, 10 }, { 1000, 1000 } };
+    for ( const auto& point : points )
+        EXPECT_NEAR( predict( points, point.x ), point.y, round_off * point.y );
+    EXPECT_NEAR( predict( points, 31.6227766 ), 3.16227766, 1e-8 );
+    EXPECT_NEAR( predict( points, 1 ), 0.1, round_off );         // slope 1
+    EXPECT_NEAR( predict( points, 1e4 ), 1e5, 1e5 * round_off ); // slope 2
+    EXPECT_EQ( predict( { { 7, 3 } }, 99 ), 3 );
+}
+
+TEST( Study, ParetoFront )
+{
+    //  0 is beaten by 3; 2 ties with 1 in cost; 4 has no error; 5 is beaten by
+    //  1
+    const std::vector<Point> points = { { 2, 9 }, { 3, 2 },    { 3, 4 },
+                                        { 1, 8 }, { .5, nan }, { 4, 2 } };
+    EXPECT_EQ( paretoFront( points ), ( std::vector<std::size_t>{ 3, 1 } ) );
+    EXPECT_TRUE( paretoFront( {} ).empty() );
+}
+
+//! A plane whose time is cells^1.5 / 1e3 and whose error is h^2.
+Line secondOrder()
+{
+    Line line{ "second order", 2, {}, {}, {} };
+    for ( const std::int64_t n : { 10, 20, 40 } )
+    {
+        const Real cells = static_cast<Real>( n * n );
+        line.cells.push_back( { n, n } );
+        line.seconds.push_back( std::pow( cells, 1.5 ) / 1e3 );
+        line.errors.push_back( 1 / cells );
+    }
+    return line;
+}
+
+TEST( Study, LawsOfALine )
+{
+    const auto laws = fitLaws( secondOrder() );
+    EXPECT_NEAR( laws.cost->exponent, 1.5, round_off );
+    EXPECT_NEAR( *laws.order, 2, round_off );
+    // Half the error: h / sqrt(2), cells x 2, time x 2^1.5.
+    EXPECT_NEAR( *laws.halving, std::pow( 2, 1.5 ), 1e-10 );
+}
+
+TEST( Study, LawsAreThoseOfTheFinestRuns )
+{
+    auto line = secondOrder();
+    line.cells.insert( line.cells.begin(), { 5, 5 } );
+    line.seconds.insert( line.seconds.begin(), 100.0 );
+    line.errors.insert( line.errors.begin(), 1e-9 );
+    const auto laws = fitLaws( line );
+    EXPECT_NEAR( laws.cost->exponent, 1.5, round_off );
+    EXPECT_NEAR( *laws.order, 2, round_off );
+}
+
+TEST( Study, AnErrorThatDoesNotFallIsNotHalved )
+{
+    auto line = secondOrder();
+    line.errors = { 1, 1.1, 1.2 };
+    const auto laws = fitLaws( line );
+    EXPECT_LT( *laws.order, 0 );
+    EXPECT_FALSE( laws.halving );
+}
+
+TEST( Study, CandidatesLieOnTheGridsOfTheRuns )
+{
+    Line line = secondOrder();
+    for ( auto& cells : line.cells )
+        cells[1] *= 2;
+    const auto all = candidates( line, 5 );
+    // 10, 20, ..., 40 and on to twice the finest.
+    ASSERT_EQ( all.size(), 8u );
+    for ( std::size_t k = 0; k < all.size(); ++k )
+    {
+        const auto n = static_cast<std::int64_t>( 10 * ( k + 1 ) );
+        EXPECT_EQ( all[k].cells, ( std::vector<std::int64_t>{ n, 2 * n } ) );
+        EXPECT_EQ( all[k].line, 5u );
+    }
+    // The line's laws hold throughout, here with twice the cells.
+    EXPECT_NEAR( all[7].error, 1.0 / ( 80 * 80 ), 1e-12 );
+}
+
+TEST( Study, ALineWithOneErrorPredictsThatRunAlone )
+{
+    auto line = secondOrder();
+    line.errors = { nan, 0.5, nan };
+    const auto all = candidates( line, 0 );
+    ASSERT_EQ( all.size(), 1u );
+    EXPECT_EQ( all[0].cells, line.cells[1] );
+    EXPECT_EQ( all[0].seconds, line.seconds[1] );
+    EXPECT_EQ( all[0].error, 0.5 );
+    line.errors = { nan, nan, nan };
+    EXPECT_TRUE( candidates( line, 0 ).empty() );
+}
+
+TEST( Study, AdviceTakesTheBestLine )
+{
+    auto dear = secondOrder(), rough = secondOrder();
+    for ( auto& seconds : dear.seconds )
+        seconds *= 10;
+    for ( auto& error : rough.errors )
+        error *= 100;
+    const std::vector<Line> lines = { dear, rough, secondOrder() };
+
+    // 1 / 30^2 is just enough, and 30 x 30 cells take 27 s.
+    auto choice = cheapest( lines, 1.0 / 899 );
+    ASSERT_TRUE( choice );
+    EXPECT_EQ( choice->line, 2u );
+    EXPECT_EQ( choice->cells, ( std::vector<std::int64_t>{ 30, 30 } ) );
+    EXPECT_NEAR( choice->seconds, 27, 1e-9 );
+    choice = mostAccurate( lines, 27.1 );
+    ASSERT_TRUE( choice );
+    EXPECT_EQ( choice->line, 2u );
+    EXPECT_EQ( choice->cells, ( std::vector<std::int64_t>{ 30, 30 } ) );
+
+    // Beyond twice the finest grid nothing is promised, nor below the coarsest.
+    EXPECT_TRUE( cheapest( lines, 1.0 / 6400 * ( 1 + 1e-9 ) ) );
+    EXPECT_FALSE( cheapest( lines, 1.0 / 6401 ) );
+    EXPECT_FALSE( mostAccurate( lines, 0.99 ) );
+}
+
+//! A directory that goes with the test.
+class StudyFiles : public ::testing::Test
+{
+  protected:
+    void SetUp() override
+    {
+        _folder = std::filesystem::temp_directory_path() /
+                  ( "machpoint_study_" + std::to_string( getpid() ) );
+        makeDirectory( _folder / "series" );
+    }
+    void TearDown() override { std::filesystem::remove_all( _folder ); }
+
+    void writeSeries( const std::string& text )
+    {
+        std::ofstream( _folder / "series/body.csv" ) << text;
+    }
+
+    std::filesystem::path _folder;
+};
+
+TEST_F( StudyFiles, SeriesMeansWeightTheSecondHalfBySteps )
+{
+    writeSeries( "time,force_x\n1,100\n2,100\n2.5,3\n4,7\n" );
+    const auto means = seriesMeans( _folder );
+    EXPECT_NEAR( means.at( "body.force_x" ).get<Real>(),
+                 ( 0.5 * 3 + 1.5 * 7 ) / 2, round_off );
+}
+
+TEST_F( StudyFiles, ATornSeriesIsAnError )
+{
+    writeSeries( "time,force_x\n1,100\n2\n" );
+    EXPECT_THROW( seriesMeans( _folder ), IoError );
+}
+
+#ifdef MACHPOINT_ENABLE_HDF5
+//! A grid output of density 1 + x + shift on n x 1 nodes, all else 1.
+void writeGrid( const std::filesystem::path& folder, const Real lower,
+                const Real spacing, const std::size_t n, const Real shift,
+                const std::size_t empty )
+{
+    makeDirectory( folder / "grid" );
+    std::vector<Real> density( n ), ones( 2 * n, 1 );
+    for ( std::size_t i = 0; i < n; ++i )
+        density[i] = i == empty
+                         ? 0
+                         : 1 + lower + spacing * static_cast<Real>( i ) + shift;
+    const std::vector<Real> first = { lower, 0.5 };
+    const std::vector<Real> spacings = { spacing, 1 };
+    const Communicator ranks;
+    writeHdf5( ranks, folder / "grid/00000003.h5",
+               { { "lower", { 2 }, first.data() },
+                 { "spacing", { 2 }, spacings.data() } },
+               { { "density", { 1, n }, density.data() },
+                 { "pressure", { 1, n }, ones.data() },
+                 { "specific_internal_energy", { 1, n }, ones.data() },
+                 { "velocity", { 1, n, 2 }, ones.data() } } );
+}
+
+TEST_F( StudyFiles, GridsAreComparedAtTheCentresOfTheFirstOnesCells )
+{
+    // Nodes at cell centres against nodes at vertices: what is linear is
+    // interpolated exactly.
+    writeGrid( _folder / "a", 0.5, 1, 4, 0, 99 );
+    writeGrid( _folder / "b", 0, 0.5, 9, 0.25, 99 );
+    writeGrid( _folder / "holed", 0.25, 1, 5, 0.25, 2 );
+    const auto input = Json::parse(
+        R"({ "grid": { "lower": [0, 0], "upper": [4, 1], "cells": [4, 1] } })" );
+    auto errors = gridErrors( _folder / "a", _folder / "b", input );
+    EXPECT_NEAR( errors.at( "density.L1" ).get<Real>(), 4 * 0.25, round_off );
+    EXPECT_NEAR( errors.at( "density.L2" ).get<Real>(), 2 * 0.25, round_off );
+    EXPECT_NEAR( errors.at( "density.Linf" ).get<Real>(), 0.25, round_off );
+    EXPECT_EQ( errors.at( "velocity.L1" ), 0 );
+    // Centres 1.5 and 2.5 lie beside the empty node at 2.25.
+    errors = gridErrors( _folder / "a", _folder / "holed", input );
+    EXPECT_NEAR( errors.at( "density.L1" ).get<Real>(), 2 * 0.25, round_off );
+    EXPECT_THROW( gridErrors( _folder / "a", _folder / "none", input ),
+                  IoError );
+}
+#endif
+
+} // namespace
+} // namespace Machpoint
