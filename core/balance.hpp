@@ -18,10 +18,6 @@
 namespace Machpoint
 {
 
-//! Work of a cell's nodes, in particles: the default of `cell_cost`
-//! (docs/ranks.md has the measurement).
-constexpr Real default_cell_cost = 0.5;
-
 //! What a run reports: the largest load of a rank over the mean one.
 struct Imbalance
 {

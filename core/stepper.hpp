@@ -160,7 +160,8 @@ class Stepper : public Simulation
         // What was recorded together is one rank's from here on, and rows go
         // to the ranks that now have their cells.
         state.ledger = comm().isRoot() ? ledger : Ledger{};
-        layOut();
+        if ( comm().size() > 1 )
+            layOut();
         migrate();
         keepState();
     }

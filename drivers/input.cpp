@@ -1,7 +1,6 @@
 #include <drivers/input.hpp>
 
 #include <boundary/shape.hpp>
-#include <core/balance.hpp>
 #include <core/basis.hpp>
 #include <core/exact.hpp>
 #include <core/method_apic.hpp>
@@ -108,7 +107,7 @@ Parameters inputParameters( const int dimension )
     balance.number( "cell_cost", "load of a cell; that of a particle is 1" )
         .unit( "particles" )
         .atLeast( 0 )
-        .defaultsTo( default_cell_cost )
+        .defaultsTo( 0.1 )
         .source( "measured: docs/ranks.md" );
     decomposition.object( "balance", balance,
                           "when the cuts between boxes move" );
