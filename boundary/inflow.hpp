@@ -57,7 +57,9 @@ class Inflow : public SideBoundary<Dim>
         archive( "advanced", _advanced );
     }
 
-    void initialize( State<Dim>& state ) override
+    void initialize( State<Dim>& state ) override { imposeStream( state ); }
+
+    void layOut( State<Dim>& state ) override
     {
         const auto part = this->_part;
         const auto grid = state.grid;
@@ -68,7 +70,6 @@ class Inflow : public SideBoundary<Dim>
                 return part.depth( grid, x ) < width &&
                        part.contains( grid, x );
             } );
-        imposeStream( state );
     }
 
     void applyToGrid( State<Dim>&, const GridVelocity& velocity ) override

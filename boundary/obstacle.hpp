@@ -86,8 +86,8 @@ class Obstacle : public Module<Dim>
         return _host_shape.distance( x ) < 0;
     }
 
-    //! Lists the solid nodes, which never change.
-    void initialize( State<Dim>& state ) override
+    //! Lists the solid nodes.
+    void layOut( State<Dim>& state ) override
     {
         if ( _has_images )
             return;

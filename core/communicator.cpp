@@ -79,6 +79,16 @@ std::int64_t Communicator::sum( std::int64_t value ) const
     return value;
 }
 
+std::vector<std::int64_t>
+Communicator::sumCounts( std::vector<std::int64_t> counts ) const
+{
+    if ( _size > 1 )
+        MPI_Allreduce( MPI_IN_PLACE, counts.data(),
+                       static_cast<int>( counts.size() ), MPI_INT64_T, MPI_SUM,
+                       _handle );
+    return counts;
+}
+
 std::vector<double> Communicator::max( std::vector<double> values ) const
 {
     if ( _size > 1 )
@@ -172,14 +182,21 @@ std::int64_t Communicator::sum( const std::int64_t value ) const
     return value;
 }
 
-double Communicator::max( const double value ) const
+std::vector<std::int64_t>
+Communicator::sumCounts( std::vector<std::int64_t> counts ) const
 {
-    return value;
+    return counts;
 }
 
-double Communicator::min( const double value ) const
+std::vector<double> Communicator::max( std::vector<double> values ) const
 {
-    return value;
+    return values;
+}
+
+Communicator::Tagged Communicator::least( const double value,
+                                          const int tag ) const
+{
+    return { value, tag };
 }
 
 std::int64_t Communicator::sumBefore( std::int64_t ) const

@@ -55,6 +55,9 @@ class Communicator
     //! @{
     std::vector<double> sum( const std::vector<double>& values ) const;
     std::int64_t sum( std::int64_t value ) const;
+    //! The same of many whole numbers, which add exactly in any order.
+    std::vector<std::int64_t>
+    sumCounts( std::vector<std::int64_t> counts ) const;
     double sum( double value ) const { return sum( std::vector{ value } )[0]; }
     std::vector<double> max( std::vector<double> values ) const;
     double max( double value ) const { return max( std::vector{ value } )[0]; }

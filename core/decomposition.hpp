@@ -6,10 +6,12 @@
 #ifndef MACHPOINT_DECOMPOSITION_HPP
 #define MACHPOINT_DECOMPOSITION_HPP
 
+#include <core/archive.hpp>
 #include <core/communicator.hpp>
 #include <core/grid.hpp>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -64,19 +66,66 @@ Indices<Dim> chooseRanks( const Indices<Dim>& cells, const int size )
     return best;
 }
 
+//! Along axis d boxes are bounded by cuts[d][0] = 0 < cuts[d][1] < ... =
+//! cells[d].
+template <int Dim>
+using Cuts = std::array<std::vector<int>, Dim>;
+
+//! Finds the box that has a position's cell; for kernels.
+template <int Dim>
+struct BoxFinder
+{
+    //! Cuts of an axis on the device, [boxes + 1].
+    using CutView = Kokkos::View<int*, MemorySpace>;
+
+    Grid<Dim> grid;
+    Kokkos::Array<CutView, Dim> cuts;
+
+    //! \param x [Dim] \return number of the box, x first
+    KOKKOS_INLINE_FUNCTION int operator()( const Vector<Dim>& x ) const
+    {
+        int box = 0;
+        for ( int d = Dim - 1; d >= 0; --d )
+        {
+            const int c = grid.cell( x[d], d );
+            const int boxes = static_cast<int>( cuts[d].extent( 0 ) ) - 1;
+            int low = 0, high = boxes; // cuts[low] <= c < cuts[high]
+            while ( high - low > 1 )
+            {
+                const int middle = ( low + high ) / 2;
+                ( c >= cuts[d]( middle ) ? low : high ) = middle;
+            }
+            box = box * boxes + low;
+        }
+        return box;
+    }
+};
+
+//! The finder of the boxes between cuts.
+template <int Dim>
+BoxFinder<Dim> findBoxes( const Grid<Dim>& grid, const Cuts<Dim>& cuts )
+{
+    BoxFinder<Dim> finder{ grid, {} };
+    for ( int d = 0; d < Dim; ++d )
+    {
+        finder.cuts[d] = typename BoxFinder<Dim>::CutView( "Machpoint::cuts",
+                                                           cuts[d].size() );
+        Kokkos::deep_copy( finder.cuts[d],
+                           Kokkos::View<const int*, Kokkos::HostSpace>(
+                               cuts[d].data(), cuts[d].size() ) );
+    }
+    return finder;
+}
+
 /*!
   \brief The boxes of all ranks.
 
-  Rank numbers run along x first. Along axis d the boxes are bounded by
-  cuts[d][0] = 0 < cuts[d][1] < ... = cells[d].
+  Rank numbers run along x first.
 */
 template <int Dim>
 class Decomposition
 {
   public:
-    //! Cuts of an axis on the device, [ranks + 1].
-    using CutView = Kokkos::View<int*, MemorySpace>;
-
     Decomposition() = default;
 
     //! Boxes of equal numbers of cells, as far as they divide.
@@ -95,6 +144,7 @@ class Decomposition
                 " boxes on " + std::to_string( _comm.size() ) +
                 " ranks; start as many ranks as there are boxes" );
         int rest = _comm.rank();
+        Cuts<Dim> cuts;
         for ( int d = 0; d < Dim; ++d )
         {
             if ( ranks[d] > cells[d] )
@@ -105,12 +155,18 @@ class Decomposition
                     " ranks; start fewer ranks, or take more cells" );
             _place[d] = rest % ranks[d];
             rest /= ranks[d];
-            std::vector<int> cuts( ranks[d] + 1 );
             for ( int r = 0; r <= ranks[d]; ++r )
-                cuts[r] = static_cast<int>(
-                    static_cast<std::int64_t>( cells[d] ) * r / ranks[d] );
-            setCuts( d, cuts );
+                cuts[d].push_back( static_cast<int>(
+                    static_cast<std::int64_t>( cells[d] ) * r / ranks[d] ) );
         }
+        setCuts( cuts );
+    }
+
+    //! Moves the boxes; their number stays. All ranks give the same cuts.
+    void setCuts( const Cuts<Dim>& cuts )
+    {
+        _cuts = cuts;
+        _device_cuts = findBoxes<Dim>( Grid<Dim>{}, cuts ).cuts;
     }
 
     const Communicator& comm() const { return _comm; }
@@ -118,6 +174,23 @@ class Decomposition
     const Indices<Dim>& ranks() const { return _ranks; }
     //! Cuts along an axis, [ranks + 1].
     const std::vector<int>& cuts( const int d ) const { return _cuts[d]; }
+
+    //! Writes the cuts, or takes up those that were written; where there were
+    //! other numbers of boxes, its own stay.
+    void checkpoint( Archive& archive )
+    {
+        Cuts<Dim> cuts;
+        bool fits = true;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            std::vector<std::int64_t> list( _cuts[d].begin(), _cuts[d].end() );
+            archive.table( std::string( "cuts_" ) + "xyz"[d], list, 1 );
+            cuts[d].assign( list.begin(), list.end() );
+            fits = fits && cuts[d].size() == _cuts[d].size();
+        }
+        if ( archive.isReading() && fits )
+            setCuts( cuts );
+    }
 
     //! This rank's cells.
     CellBox<Dim> box() const
@@ -153,50 +226,17 @@ class Decomposition
     }
 
     //! Finds the rank that has a position's cell; for kernels.
-    struct Finder
+    BoxFinder<Dim> finder( const Grid<Dim>& grid ) const
     {
-        Grid<Dim> grid;
-        Indices<Dim> ranks;
-        Kokkos::Array<CutView, Dim> cuts;
-
-        //! \param x [Dim]
-        KOKKOS_INLINE_FUNCTION int operator()( const Vector<Dim>& x ) const
-        {
-            int rank = 0;
-            for ( int d = Dim - 1; d >= 0; --d )
-            {
-                const int c = grid.cell( x[d], d );
-                int low = 0, high = ranks[d]; // cuts[low] <= c < cuts[high]
-                while ( high - low > 1 )
-                {
-                    const int middle = ( low + high ) / 2;
-                    ( c >= cuts[d]( middle ) ? low : high ) = middle;
-                }
-                rank = rank * ranks[d] + low;
-            }
-            return rank;
-        }
-    };
-    Finder finder( const Grid<Dim>& grid ) const
-    {
-        return { grid, _ranks, _device_cuts };
+        return { grid, _device_cuts };
     }
 
   private:
-    void setCuts( const int d, const std::vector<int>& cuts )
-    {
-        _cuts[d] = cuts;
-        _device_cuts[d] = CutView( "Machpoint::cuts", cuts.size() );
-        const Kokkos::View<const int*, Kokkos::HostSpace> host( cuts.data(),
-                                                                cuts.size() );
-        Kokkos::deep_copy( _device_cuts[d], host );
-    }
-
     Communicator _comm;
     Indices<Dim> _ranks{};
     Indices<Dim> _place{}; // of this rank among them
-    std::vector<int> _cuts[Dim];
-    Kokkos::Array<CutView, Dim> _device_cuts;
+    Cuts<Dim> _cuts;
+    Kokkos::Array<typename BoxFinder<Dim>::CutView, Dim> _device_cuts;
 };
 
 } // namespace Machpoint

@@ -145,6 +145,7 @@ struct Apic : MethodDefaults
     struct Storage
     {
         Storage( const State<Dim>&, const Json& ) {}
+        void layOut( const State<Dim>& ) {}
     };
 
     //! Lines 2 to 4.

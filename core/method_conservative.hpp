@@ -72,11 +72,7 @@ struct Conservative : MethodDefaults
         //! @}
 
         Storage( State<Dim>& state, const Json& input )
-            : parts( input.at( "method" ) ),
-              faces( "Machpoint::faces", state.layout.total, 3 * Dim ),
-              stress( "Machpoint::stress", state.layout.total,
-                      Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) ),
-              stress_scatter( makeScatter( stress ) )
+            : parts( input.at( "method" ) )
         {
             state.rates = &state.particles.template addSidecar<RateMembers>(
                 "Machpoint::rates" );
@@ -87,14 +83,26 @@ struct Conservative : MethodDefaults
                 history =
                     &state.particles.template addSidecar<HistoryMembers<Dim>>(
                         "Machpoint::history" );
+            layOut( state );
+        }
+
+        //! Allocates the node fields.
+        void layOut( const State<Dim>& state )
+        {
+            const int total = state.layout.total;
+            faces = NodeView( "Machpoint::faces", total, 3 * Dim );
+            stress =
+                NodeView( "Machpoint::stress", total,
+                          Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) );
+            stress_scatter = makeScatter( stress );
             if ( parts.pressure_relaxation > 0 )
             {
-                means = NodeView( "Machpoint::means", state.layout.total, 3 );
+                means = NodeView( "Machpoint::means", total, 3 );
                 means_scatter = makeScatter( means );
             }
             if ( parts.pressure_relaxation > 0 || parts.heat_mixing > 0 )
             {
-                sums = NodeView( "Machpoint::sums", state.layout.total, 2 );
+                sums = NodeView( "Machpoint::sums", total, 2 );
                 sums_scatter = makeScatter( sums );
             }
         }

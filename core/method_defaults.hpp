@@ -3,7 +3,8 @@
   \brief Layer 4: what a method need not say.
 
   A method is a struct with a name, a summary, a default basis, `affine`, a
-  Storage and gridToParticles; the stepper calls the members below in the
+  Storage (whose layOut allocates its node fields, again when the rank's box has
+  moved) and gridToParticles; the stepper calls the members below in the
   order of the time step, and a method that has more to do there hides them.
 */
 #ifndef MACHPOINT_METHOD_DEFAULTS_HPP

@@ -157,10 +157,12 @@ struct Paper : MethodDefaults
     {
         NodeView velocity;
         NodeScatter scatter;
-        Storage( const State<Dim>& state, const Json& )
-            : velocity( "Machpoint::secondVelocity", state.layout.total, Dim ),
-              scatter( makeScatter( velocity ) )
+        Storage( const State<Dim>& state, const Json& ) { layOut( state ); }
+        void layOut( const State<Dim>& state )
         {
+            velocity = NodeView( "Machpoint::secondVelocity",
+                                 state.layout.total, Dim );
+            scatter = makeScatter( velocity );
         }
     };
 

@@ -120,7 +120,11 @@ class Module
   public:
     virtual ~Module() = default;
 
-    //! Before the first step: allocate and precompute.
+    //! Allocate and list what hangs on this rank's nodes: before initialize,
+    //! and again whenever state.layout has changed, because the ranks' boxes
+    //! move with the gas. What must outlive that belongs on particles.
+    virtual void layOut( State<Dim>& ) {}
+    //! Before the first step: precompute.
     virtual void initialize( State<Dim>& ) {}
     //! Sets or adds to the pressure and sound speed of particles.
     virtual void particleState( State<Dim>& ) {}

@@ -173,7 +173,7 @@ std::string orDash( const Json& value )
 
 } // namespace
 
-Json makeSummary( const Simulation& simulation, const Json& input,
+Json makeSummary( Simulation& simulation, const Json& input,
                   const RunFacts& facts )
 {
     const Communicator ranks;
@@ -208,6 +208,11 @@ Json makeSummary( const Simulation& simulation, const Json& input,
                           extrema.min_specific_internal_energy },
                         { "max_mach", extrema.max_mach } };
     json["retries"] = simulation.retries();
+    const auto imbalance = simulation.imbalance();
+    json["imbalance"] = { { "start", imbalance.start },
+                          { "largest", imbalance.largest },
+                          { "end", imbalance.end },
+                          { "cuts_moved", imbalance.cuts_moved } };
     json["effects"] = Json::array();
     for ( const auto& e : Profile::effects() )
         json["effects"].push_back( { { "name", e.name },
@@ -254,6 +259,16 @@ std::string formatSummary( const Json& s )
                              e.at( "name" ).get<std::string>(), share( e ),
                              e.at( "kernels" ).get<std::int64_t>(),
                              e.at( "bytes" ).get<std::int64_t>() );
+    if ( ranks > 1 )
+    {
+        const auto& b = s.at( "imbalance" );
+        text += fmt::format(
+            "  largest over mean load of the ranks: {:.3f} at the start, "
+            "{:.3f} at most, {:.3f} at the end; cuts moved {} times\n",
+            b.at( "start" ).get<Real>(), b.at( "largest" ).get<Real>(),
+            b.at( "end" ).get<Real>(),
+            b.at( "cuts_moved" ).get<std::int64_t>() );
+    }
     const auto& c = s.at( "conservation" );
     text += fmt::format( "  relative drift: mass {}, momentum {}, total energy "
                          "{}  (- : exchanged with walls or open sides)\n",

@@ -50,7 +50,7 @@ struct RunFacts
 
 //! The content of summary.json; its keys are a contract (add, never rename).
 //! Collective; of effects and phases each rank tells its own.
-Json makeSummary( const Simulation& simulation, const Json& input,
+Json makeSummary( Simulation& simulation, const Json& input,
                   const RunFacts& facts );
 
 //! The table at the end of a run.

@@ -149,12 +149,11 @@ std::vector<std::vector<SideKind>> claimSides( Scene<Dim>& scene,
 
 //! The halo of this rank's nodes.
 template <int Dim>
-Halo<Dim> makeHalo( Scene<Dim>& scene )
+Halo<Dim> makeHalo( const Scene<Dim>& scene )
 {
     const auto& state = scene.state;
     const auto& layout = state.layout;
     const NodeLayout<Dim> whole( state.grid, layout.centred, 0 );
-    const auto claimed = claimSides( scene, whole );
     Kokkos::Array<KindView, 2 * Dim> kinds;
     for ( int side = 0; side < 2 * Dim; ++side )
     {
@@ -171,7 +170,7 @@ Halo<Dim> makeHalo( Scene<Dim>& scene )
                 if ( d != axis )
                     flat = flat * whole.extent[d] +
                            std::clamp( i[d], 0, whole.extent[d] - 1 );
-            host( t ) = claimed[side][flat];
+            host( t ) = scene.side_kinds[side][flat];
         }
         Kokkos::deep_copy( kinds[side], host );
     }
@@ -331,9 +330,10 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
 
 //! This rank's nodes; images of particles may lie in other ranks' boxes.
 template <int Dim>
-NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene, const NodeNeeds& needs )
+NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene )
 {
     const auto& state = scene.state;
+    const auto& needs = scene.needs;
     int reach = needs.reach;
     if ( state.decomposition.comm().size() > 1 )
     {
@@ -351,9 +351,17 @@ NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene, const NodeNeeds& needs )
 } // namespace
 
 template <int Dim>
+void layOut( Scene<Dim>& scene )
+{
+    scene.state.layout = layOutNodes( scene );
+    scene.state.halo = makeHalo( scene );
+}
+
+template <int Dim>
 Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
 {
     Scene<Dim> scene;
+    scene.needs = needs;
     auto& state = scene.state;
     state.grid = makeGrid<Dim>( input );
     state.decomposition = decompose( input, state.grid );
@@ -374,8 +382,9 @@ Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
                            { return active.module->sides().empty(); } );
     for ( const auto& active : scene.modules )
         scene.is_open = scene.is_open || active.module->isOpen();
-    state.layout = layOutNodes( scene, needs );
-    state.halo = makeHalo( scene );
+    scene.side_kinds =
+        claimSides( scene, NodeLayout<Dim>( state.grid, needs.centred, 0 ) );
+    layOut( scene );
     placeParticles( input, scene );
     return scene;
 }
@@ -406,6 +415,9 @@ Family initialFamily()
              } };
 }
 
+template void layOut( Scene<1>& );
+template void layOut( Scene<2>& );
+template void layOut( Scene<3>& );
 template Scene<1> makeScene( const Json&, const NodeNeeds& );
 template Scene<2> makeScene( const Json&, const NodeNeeds& );
 template Scene<3> makeScene( const Json&, const NodeNeeds& );

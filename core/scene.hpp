@@ -18,23 +18,26 @@ struct ActiveModule
     std::unique_ptr<Module<Dim>> module;
 };
 
-//! State and modules of a run.
-template <int Dim>
-struct Scene
-{
-    State<Dim> state;
-    std::vector<ActiveModule<Dim>> modules; //!< physics, then boundaries
-    EquationOfState<Dim>* gas = nullptr;    //!< one of the modules
-    bool is_open = false;                   //!< gas enters or leaves
-    Indices<Dim> has_wall{}; //!< does a wall take momentum along this axis?
-};
-
 //! What a scene needs to know of a basis and a method to lay out its nodes.
 struct NodeNeeds
 {
     bool centred; //!< nodes at cell centres rather than vertices
     int halo;     //!< layers of nodes that a particle in the box sees beyond it
     int reach;    //!< cells beyond the box from which particles scatter
+};
+
+//! State and modules of a run.
+template <int Dim>
+struct Scene
+{
+    NodeNeeds needs;
+    State<Dim> state;
+    std::vector<ActiveModule<Dim>> modules; //!< physics, then boundaries
+    EquationOfState<Dim>* gas = nullptr;    //!< one of the modules
+    bool is_open = false;                   //!< gas enters or leaves
+    Indices<Dim> has_wall{}; //!< does a wall take momentum along this axis?
+    //! For each side of the domain the kinds of its nodes, x first.
+    std::vector<std::vector<SideKind>> side_kinds;
 };
 
 /*!
@@ -45,6 +48,10 @@ struct NodeNeeds
 */
 template <int Dim>
 Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs );
+
+//! Lays out this rank's nodes and their halo for the box that it has now.
+template <int Dim>
+void layOut( Scene<Dim>& scene );
 
 //! The grid of a resolved input.
 template <int Dim>

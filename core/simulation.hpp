@@ -5,6 +5,7 @@
 #ifndef MACHPOINT_SIMULATION_HPP
 #define MACHPOINT_SIMULATION_HPP
 
+#include <core/balance.hpp>
 #include <core/module.hpp>
 
 #include <memory>
@@ -87,6 +88,8 @@ class Simulation
     //! Steps that were rejected and repeated with half the time step.
     virtual std::int64_t retries() const = 0;
     virtual Ledger ledger() const = 0;
+    //! How evenly the ranks share the work. Collective.
+    virtual Imbalance imbalance() = 0;
     virtual bool isOpen() const = 0;
     //! Is momentum along this axis free of walls and obstacles?
     virtual bool conservesMomentum( int axis ) const = 0;

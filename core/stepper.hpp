@@ -36,12 +36,15 @@ class Stepper : public Simulation
               input, { Basis::centred, Basis::halo, Method::extra_halo } ) ),
           _scatter( makeScatter( makeNodes() ) ),
           _storage( _scene.state, input ),
+          _balancer( input.at( "decomposition" ).at( "balance" ) ),
           _sort_every( input.at( "particles" ).at( "sort_every" ) ),
           _most_retries( input.at( "time" ).at( "retries" ) )
     {
+        each( "set-up", &Module<Dim>::layOut );
         each( "set-up", &Module<Dim>::initialize );
         each( "set-up", &Module<Dim>::particleState );
         countParticles();
+        imbalance();
         survey();
     }
 
@@ -94,6 +97,11 @@ class Stepper : public Simulation
             comm().sum( { own.mass_in, own.mass_out, own.energy_in } );
         return { sums[0], sums[1], sums[2] };
     }
+    Imbalance imbalance() override
+    {
+        _balancer.look( _scene.state.decomposition, _scene.state.particles );
+        return _balancer.seen();
+    }
     bool isOpen() const override { return _scene.is_open; }
     bool conservesMomentum( const int axis ) const override
     {
@@ -137,6 +145,8 @@ class Stepper : public Simulation
         archive( "extrema/min_specific_internal_energy",
                  _extrema.min_specific_internal_energy );
         archive( "extrema/max_mach", _extrema.max_mach );
+        _balancer.checkpoint( archive );
+        state.decomposition.checkpoint( archive );
         state.particles.checkpoint( archive );
         for ( std::size_t k = 0; k < _scene.modules.size(); ++k )
         {
@@ -150,6 +160,8 @@ class Stepper : public Simulation
         // What was recorded together is one rank's from here on, and rows go
         // to the ranks that now have their cells.
         state.ledger = comm().isRoot() ? ledger : Ledger{};
+        if ( comm().size() > 1 )
+            layOut();
         migrate();
         keepState();
     }
@@ -173,6 +185,36 @@ class Stepper : public Simulation
         return state.nodes.moments;
     }
 
+    //! Makes all that hangs on this rank's box, for the box that it has now.
+    void layOut()
+    {
+        {
+            Profile::Phase phase( "balance" );
+            Machpoint::layOut( _scene );
+            _scatter = makeScatter( makeNodes() );
+            _storage.layOut( _scene.state );
+        }
+        each( "balance", &Module<Dim>::layOut );
+    }
+
+    //! Every few steps: moves the boxes where one has too many particles.
+    void balance()
+    {
+        auto& state = _scene.state;
+        if ( !_balancer.isDue( comm(), state.step ) )
+            return;
+        {
+            Profile::Phase phase( "balance" );
+            // A box must be wider than its halo.
+            if ( !_balancer.moveCuts( state.decomposition, state.grid,
+                                      state.particles, state.layout.halo + 1 ) )
+                return;
+        }
+        layOut();
+        migrate();
+        sortParticles();
+    }
+
     //! All that comes before the choice of dt: rearranged, sorted and checked
     //! particles, and a copy of them to return to.
     void prepare()
@@ -185,8 +227,12 @@ class Stepper : public Simulation
         if ( state.step % _sort_every == 0 )
             sortParticles();
         each( "particle state", &Module<Dim>::particleState ); // 1
+        {
+            Profile::Phase phase( "guard" );
+            _survey = survey();
+        }
+        balance(); // a state that is sound, so that it may replace the copy
         Profile::Phase phase( "guard" );
-        _survey = survey();
         keepState();
     }
 
@@ -452,6 +498,7 @@ class Stepper : public Simulation
     Scene<Dim> _scene;
     NodeScatter _scatter;
     typename Method::template Storage<Dim> _storage;
+    Balancer<Dim> _balancer;
     int _sort_every;
     int _most_retries;
     std::int64_t _particles = 0; // on all ranks

@@ -94,6 +94,24 @@ Parameters inputParameters( const int dimension )
                                  "of least surface" )
         .atLeast( 1 )
         .optional();
+    Parameters balance( "balance", "boxes that follow the gas", dimension );
+    balance
+        .integer( "every", "steps between looks at the ranks' loads; 0: boxes "
+                           "of equal numbers of cells for ever" )
+        .atLeast( 0 )
+        .defaultsTo( 20 );
+    balance
+        .number( "threshold", "largest over mean load of the ranks above which "
+                              "the cuts move" )
+        .atLeast( 1 )
+        .defaultsTo( 1.1 );
+    balance.number( "cell_cost", "load of a cell; that of a particle is 1" )
+        .unit( "particles" )
+        .atLeast( 0 )
+        .defaultsTo( 0.1 )
+        .source( "measured: docs/ranks.md" );
+    decomposition.object( "balance", balance,
+                          "when the cuts between boxes move" );
 
     Parameters output( "output", "what is written, and when", dimension );
     output.number( "every", "time between outputs; by default start and end" )

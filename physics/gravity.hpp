@@ -38,7 +38,7 @@ class Gravity : public Module<Dim>
 
     bool exertsForce() const override { return true; }
 
-    void initialize( State<Dim>& state ) override
+    void layOut( State<Dim>& state ) override
     {
         _force = NodeView( "Machpoint::gravity", state.layout.total, Dim );
     }

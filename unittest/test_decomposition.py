@@ -52,6 +52,26 @@ SCENES = {
     "gravity": ("gravity_column", {}, 20),
     "blast in 3D": ("sedov_3d", {"grid.cells": [16, 18, 20]}, 12),
 }
+# Gas in a part of the domain, so that boxes move: every module and method that
+# keeps something on nodes must follow.
+FOLLOWED = {
+    "filling": ("filling", {"grid.cells": [32, 32]}, 35),
+    "cylinder": ("cylinder_mach3", {
+        "grid.cells": [60, 30], "initial.0.region": {
+            "type": "box", "lower": [-1, -1], "upper": [1.2, 3]}}, 25),
+    "cylinder, apic": ("cylinder_mach3", {
+        "grid.cells": [60, 30], **method("apic", "quadratic"),
+        "initial.0.region": {
+            "type": "box", "lower": [-1, -1], "upper": [1.2, 3]}}, 25),
+    "stream, paper": ("cylinder_mach3_recycle", {
+        "grid.cells": [60, 30], **method("paper", "quadratic"),
+        "initial.0.region": {
+            "type": "box", "lower": [-1, -1], "upper": [1.2, 3]}}, 25),
+    "gravity, linear": ("gravity_column", {
+        **method("conservative", "linear"), "initial.0.region": {
+            "type": "box", "lower": [-1], "upper": [0.3]}}, 25),
+}
+OFTEN = {"every": 5, "threshold": 1.05}
 ARRANGED = {"cylinder": ([4, 1], [2, 2], [1, 4]),
             "blast in 3D": ([2, 2, 1], [1, 2, 2])}
 
@@ -92,6 +112,7 @@ class DecompositionTest(unittest.TestCase):
         summary = json.loads(
             (self.scratch / "out" / "summary.json").read_text())
         self.assertEqual(summary["ranks"], ranks)
+        self.assertGreaterEqual(summary["imbalance"]["start"], 1)
         return fields, summary
 
     def assert_same(self, one, many):
@@ -133,9 +154,47 @@ class DecompositionTest(unittest.TestCase):
                     self.assert_same(
                         one, self.run_scene(4, scene, given, steps))
 
+    def test_boxes_that_follow_the_gas(self):
+        for label, (scene, sets, steps) in FOLLOWED.items():
+            one = self.run_scene(1, scene, sets, steps)
+            self.assertGreater(len(one[0]["particles id"]), 100)
+            for ranks in (2, 4):
+                with self.subTest(scene=label, ranks=ranks):
+                    arrangement = {"balance": OFTEN}
+                    if ranks == 4 and scene != "gravity_column":
+                        arrangement["ranks"] = [2, 2]
+                    many = self.run_scene(
+                        ranks, scene, {**sets, "decomposition": arrangement},
+                        steps)
+                    self.assert_same(one, many)
+                    seen = many[1]["imbalance"]
+                    self.assertGreaterEqual(seen["cuts_moved"], 1)
+                    self.assertGreater(seen["start"], 1.3)
+                    self.assertLess(seen["end"] - 1, (seen["start"] - 1) / 2)
+                    self.assertGreaterEqual(seen["largest"], seen["start"])
+
+    def test_boxes_that_stay(self):
+        scene, sets, steps = FOLLOWED["filling"]
+        for balance in {"every": 0}, {"threshold": 4}:
+            _, summary = self.run_scene(
+                4, scene, {**sets, "decomposition": {"balance": balance}},
+                steps)
+            self.assertEqual(summary["imbalance"]["cuts_moved"], 0)
+            self.assertGreater(summary["imbalance"]["end"], 1.3)
+        _, summary = self.run_scene(1, scene, {"grid.cells": [32, 32]}, 1)
+        self.assertEqual(summary["imbalance"], {
+            "start": 1, "largest": 1, "end": 1, "cuts_moved": 0})
+
     def test_restart_on_any_number_of_ranks(self):
-        sets = {"grid.cells": [60, 30], "checkpoint": {"every_steps": 15}}
-        scene = "cylinder_mach3", sets
+        keep = {"checkpoint": {"every_steps": 15}}
+        for scene in [
+                ("cylinder_mach3", {"grid.cells": [60, 30], **keep}),
+                ("filling", {"grid.cells": [32, 32], **keep,
+                             "decomposition": {"balance": OFTEN}})]:
+            with self.subTest(scene[0]):
+                self.restart_on_any_number_of_ranks(scene)
+
+    def restart_on_any_number_of_ranks(self, scene):
         for ranks in (4, 3, 1):
             with self.subTest(ranks=ranks):
                 whole = self.run_scene(4, *scene, 30)
@@ -146,6 +205,8 @@ class DecompositionTest(unittest.TestCase):
                     for name, values in whole[0].items():
                         np.testing.assert_array_equal(values, rest[0][name],
                                                       name)
+                    self.assertEqual(whole[1]["imbalance"],
+                                     rest[1]["imbalance"])
 
     def test_ranks_that_do_not_fit(self):
         for ranks, scene, sets, words in [

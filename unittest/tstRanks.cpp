@@ -1,5 +1,6 @@
 // Many ranks: the halo between them against that of the whole domain, and
 // particles that change ranks. Runs under mpirun; every rank checks its part.
+#include <core/balance.hpp>
 #include <core/halo.hpp>
 #include <core/particles.hpp>
 #include <core/random.hpp>
@@ -37,6 +38,21 @@ std::vector<Indices<Dim>> allCuts( const int size )
     };
     add( add, 0, size );
     return list;
+}
+
+//! Boxes as thin as they may be, but for the last along each axis.
+template <int Dim>
+Cuts<Dim> unevenCuts( const Indices<Dim>& cells, const Indices<Dim>& ranks,
+                      const int fewest )
+{
+    Cuts<Dim> cuts;
+    for ( int d = 0; d < Dim; ++d )
+    {
+        for ( int r = 0; r < ranks[d]; ++r )
+            cuts[d].push_back( r * fewest );
+        cuts[d].push_back( cells[d] );
+    }
+    return cuts;
 }
 
 //! A halo whose sides along axis d are of kinds[d].
@@ -95,47 +111,53 @@ void expectSameAsWhole( const std::array<SideKind, 3>& kind, const bool centred,
                                  reach );
     const auto whole_halo = makeHalo<Dim>( whole, kind, {} );
     for ( const auto& ranks : allCuts<Dim>( comm.size() ) )
-    {
-        const Decomposition<Dim> decomposition( comm, cells, ranks );
-        const NodeLayout<Dim> layout( grid, decomposition.box(), centred, width,
-                                      reach );
-        const auto halo = makeHalo<Dim>( layout, kind, decomposition );
-        NodeView own( "own", layout.total, 6 ), all( "all", whole.total, 6 );
-        const auto own_host = Kokkos::create_mirror_view( own );
-        const auto all_host = Kokkos::create_mirror_view( all );
-        std::vector<double> deposits( 6 * whole.total, 0 );
-        for ( int row = 0; row < layout.total; ++row )
-            for ( int c = 0; c < 6; ++c )
-            {
-                own_host( row, c ) = draw( 1 + comm.rank(), row, c );
-                deposits[6 * whole( layout.indices( row ) ) + c] =
-                    own_host( row, c );
-            }
-        deposits = comm.sum( deposits );
-        std::copy( deposits.begin(), deposits.end(), all_host.data() );
-        Kokkos::deep_copy( own, own_host );
-        Kokkos::deep_copy( all, all_host );
+        for ( const bool even : { true, false } )
+        {
+            Decomposition<Dim> decomposition( comm, cells, ranks );
+            if ( !even )
+                decomposition.setCuts(
+                    unevenCuts<Dim>( cells, ranks, width + reach + 1 ) );
+            const NodeLayout<Dim> layout( grid, decomposition.box(), centred,
+                                          width, reach );
+            const auto halo = makeHalo<Dim>( layout, kind, decomposition );
+            NodeView own( "own", layout.total, 6 ),
+                all( "all", whole.total, 6 );
+            const auto own_host = Kokkos::create_mirror_view( own );
+            const auto all_host = Kokkos::create_mirror_view( all );
+            std::vector<double> deposits( 6 * whole.total, 0 );
+            for ( int row = 0; row < layout.total; ++row )
+                for ( int c = 0; c < 6; ++c )
+                {
+                    own_host( row, c ) = draw( 1 + comm.rank(), row, c );
+                    deposits[6 * whole( layout.indices( row ) ) + c] =
+                        own_host( row, c );
+                }
+            deposits = comm.sum( deposits );
+            std::copy( deposits.begin(), deposits.end(), all_host.data() );
+            Kokkos::deep_copy( own, own_host );
+            Kokkos::deep_copy( all, all_host );
 
-        halo.fold( own, components<Dim>() );
-        whole_halo.fold( all, components<Dim>() );
-        halo.fill( own, components<Dim>() );
-        whole_halo.fill( all, components<Dim>() );
+            halo.fold( own, components<Dim>() );
+            whole_halo.fold( all, components<Dim>() );
+            halo.fill( own, components<Dim>() );
+            whole_halo.fill( all, components<Dim>() );
 
-        Kokkos::deep_copy( own_host, own );
-        Kokkos::deep_copy( all_host, all );
-        Real worst = 0;
-        for ( int row = 0; row < layout.total; ++row )
-            for ( int c = 0; c < 6; ++c )
-                worst = std::max(
-                    worst,
-                    std::abs( own_host( row, c ) -
-                              all_host( whole( layout.indices( row ) ), c ) ) );
-        EXPECT_LT( worst, 1e-13 )
-            << Dim << "D, kinds " << static_cast<int>( kind[0] )
-            << static_cast<int>( kind[1] ) << ", centred " << centred
-            << ", width " << width << "+" << reach << ", ranks along x "
-            << ranks[0] << " of " << comm.size();
-    }
+            Kokkos::deep_copy( own_host, own );
+            Kokkos::deep_copy( all_host, all );
+            Real worst = 0;
+            for ( int row = 0; row < layout.total; ++row )
+                for ( int c = 0; c < 6; ++c )
+                    worst = std::max(
+                        worst,
+                        std::abs(
+                            own_host( row, c ) -
+                            all_host( whole( layout.indices( row ) ), c ) ) );
+            EXPECT_LT( worst, 1e-13 )
+                << Dim << "D, kinds " << static_cast<int>( kind[0] )
+                << static_cast<int>( kind[1] ) << ", centred " << centred
+                << ", width " << width << "+" << reach << ", ranks along x "
+                << ranks[0] << " of " << comm.size() << ", even " << even;
+        }
 }
 
 template <int Dim>
@@ -200,13 +222,16 @@ int rankOf( const Decomposition<2>& decomposition, const Grid<2>& grid,
     return place[1] * decomposition.ranks()[0] + place[0];
 }
 
-// Particles anywhere go home with all they carry, and none is lost.
-TEST( Migration, everyParticleGoesHome )
+//! Particles anywhere go home with all they carry, and none is lost.
+void expectAllHome( const bool even )
 {
     const Communicator comm;
     const Grid<2> grid( { -1, 0 }, { 2, 1 }, { 13, 11 } );
-    const Decomposition<2> decomposition(
-        comm, grid.cells, chooseRanks<2>( grid.cells, comm.size() ) );
+    Decomposition<2> decomposition( comm, grid.cells,
+                                    chooseRanks<2>( grid.cells, comm.size() ) );
+    if ( !even )
+        decomposition.setCuts(
+            unevenCuts<2>( grid.cells, decomposition.ranks(), 1 ) );
     const int n = 100 + 17 * comm.rank();
     Particles<2> particles;
     auto& sidecar =
@@ -266,6 +291,15 @@ TEST( Migration, everyParticleGoesHome )
                all );
 }
 
+TEST( Migration, everyParticleGoesHome )
+{
+    expectAllHome( true );
+}
+TEST( Migration, everyParticleGoesHomeToAnyBox )
+{
+    expectAllHome( false );
+}
+
 // Nothing moves: nothing changes, and a rank may have no particle at all.
 TEST( Migration, emptyRanks )
 {
@@ -306,6 +340,96 @@ TEST( Decomposition, boxesCoverTheDomain )
                   std::invalid_argument );
 }
 
+// Cuts come back from a checkpoint of as many boxes, and only from that.
+TEST( Decomposition, cutsInACheckpoint )
+{
+    const Communicator comm;
+    const Indices<2> cells{ 4, 3 * comm.size() };
+    const Indices<2> ranks{ 1, comm.size() };
+    const auto cuts = unevenCuts<2>( cells, ranks, 2 );
+    Decomposition<2> decomposition( comm, cells, ranks );
+    decomposition.setCuts( cuts );
+    Archive written;
+    decomposition.checkpoint( written );
+    Decomposition<2> again( comm, cells, ranks );
+    Archive read( written.entries() );
+    again.checkpoint( read );
+    EXPECT_EQ( again.cuts( 1 ), cuts[1] );
+
+    Archive foreign;
+    std::vector<std::int64_t> x = { 0, 4 }, y = { 0, 1, 2, 3, 4, 5 };
+    foreign.table( "cuts_x", x, 1 );
+    foreign.table( "cuts_y", y, 1 );
+    Archive foreign_read( foreign.entries() );
+    again.checkpoint( foreign_read );
+    EXPECT_EQ( again.cuts( 1 ), cuts[1] );
+    EXPECT_TRUE( foreign_read.entries().empty() );
+}
+
+//! Makes n particles at positions( p ) on a line.
+template <class Positions>
+void place( Particles<1>& particles, const int n, const Positions& positions )
+{
+    particles.resize( n );
+    auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                     particles.data() );
+    for ( int p = 0; p < n; ++p )
+        Cabana::slice<Position>( host )( p, 0 ) = positions( p );
+    Cabana::deep_copy( particles.data(), host );
+}
+
+// Every rank counts the particles of all.
+TEST( Balance, loadsOfAllRanks )
+{
+    const Communicator comm;
+    const Grid<1> grid( { 0 }, { 1 }, { 4 } );
+    Particles<1> particles;
+    place( particles, 1 + comm.rank(), []( int ) { return 0.1; } );
+    const int n = comm.size() * ( comm.size() + 1 ) / 2;
+    EXPECT_EQ( countLoads<1>( comm, grid, particles, 0, {}, 0.5 ),
+               ( SlabLoads{ { n + 0.5, 0.5, 0.5, 0.5 } } ) );
+}
+
+// Boxes follow the particles where that gains something, and stay elsewhere.
+TEST( Balance, boxesFollowTheParticles )
+{
+    const Communicator comm;
+    if ( comm.size() == 1 )
+        GTEST_SKIP() << "one rank has all";
+    const int cells = 8 * comm.size();
+    const Grid<1> grid( { 0 }, { 1 }, { cells } );
+    Decomposition<1> decomposition( comm, grid.cells, { comm.size() } );
+    const auto equal = decomposition.cuts( 0 );
+    Particles<1> particles;
+    place( particles, comm.isRoot() ? 8 * comm.size() : 0,
+           [&]( const int p ) { return ( p / comm.size() + 0.5 ) / cells; } );
+    auto balancer = []( const Real threshold )
+    {
+        return Balancer<1>( Json{
+            { "every", 5 }, { "threshold", threshold }, { "cell_cost", 0 } } );
+    };
+    auto patient = balancer( comm.size() );
+    EXPECT_FALSE( patient.moveCuts( decomposition, grid, particles, 1 ) );
+    EXPECT_EQ( decomposition.cuts( 0 ), equal );
+    EXPECT_EQ( patient.seen().start, comm.size() );
+
+    auto quick = balancer( 1.1 );
+    EXPECT_TRUE( quick.isDue( comm, 10 ) );
+    EXPECT_FALSE( quick.isDue( comm, 11 ) );
+    EXPECT_TRUE( quick.moveCuts( decomposition, grid, particles, 1 ) );
+    particles.migrate( comm, decomposition.finder( grid ) );
+    EXPECT_EQ( particles.size(), 8 );
+    EXPECT_FALSE( quick.moveCuts( decomposition, grid, particles, 1 ) );
+    EXPECT_EQ( quick.seen().largest, comm.size() );
+    EXPECT_EQ( quick.seen().end, 1 );
+    EXPECT_EQ( quick.seen().cuts_moved, 1 );
+    // No thinner than asked for.
+    auto other = balancer( 1 );
+    decomposition.setCuts( { equal } );
+    particles.migrate( comm, decomposition.finder( grid ) );
+    EXPECT_FALSE( other.moveCuts( decomposition, grid, particles, 8 ) );
+}
+
 // Sums are the same on all ranks and in the order of the ranks.
 TEST( Communicator, reductions )
 {
@@ -318,6 +442,8 @@ TEST( Communicator, reductions )
     EXPECT_EQ( comm.min( comm.rank() ), 0 );
     EXPECT_TRUE( comm.any( comm.rank() == n - 1 ) );
     EXPECT_FALSE( comm.any( false ) );
+    EXPECT_EQ( comm.sumCounts( { comm.rank(), 1 } ),
+               ( std::vector<std::int64_t>{ n * ( n - 1 ) / 2, n } ) );
     EXPECT_EQ( comm.sumBefore( std::int64_t( 1 ) ), comm.rank() );
     const auto least = comm.least( -comm.rank(), 10 * comm.rank() );
     EXPECT_EQ( least.value, 1 - n );
