@@ -191,10 +191,6 @@ class Halo
     //! What each owned node counts for in sums; for kernels.
     NodeWeights<Dim> weights() const { return { _layout, _kinds }; }
 
-    //! Bytes and messages sent to other ranks so far.
-    std::int64_t bytesSent() const { return _exchange.bytes_sent; }
-    std::int64_t messagesSent() const { return _exchange.messages_sent; }
-
     //! Adds the halo's content to its images. Scalars add; vectors add with
     //! the sign of their reflection. \param field [nodes][N]
     template <std::size_t N>

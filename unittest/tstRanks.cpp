@@ -319,9 +319,9 @@ TEST( Communicator, reductions )
     EXPECT_TRUE( comm.any( comm.rank() == n - 1 ) );
     EXPECT_FALSE( comm.any( false ) );
     EXPECT_EQ( comm.sumBefore( std::int64_t( 1 ) ), comm.rank() );
-    const auto least = comm.least( -comm.rank(), 10 * comm.rank() );
-    EXPECT_EQ( least.value, 1 - n );
-    EXPECT_EQ( least.tag, 10 * ( n - 1 ) );
+    const auto counts = comm.sumCounts( { 1, comm.rank() } );
+    EXPECT_EQ( counts[0], n );
+    EXPECT_EQ( counts[1], n * ( n - 1 ) / 2 );
     EXPECT_EQ( comm.from( n - 1, std::to_string( comm.rank() ) ),
                std::to_string( n - 1 ) );
     const auto all = comm.gatherAll( std::vector<int>( comm.rank(), 1 ) );
