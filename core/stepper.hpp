@@ -213,6 +213,8 @@ class Stepper : public Simulation
         each( "images", &Module<Dim>::mirrorParticles );
         {
             Profile::Phase phase( "P2G" );
+            if ( comm().size() > 1 )
+                markWaiting( state );
             Method::template particlesToGrid<Basis>( state, _scatter ); // 2-4
         }
         each( "grid force", &Module<Dim>::gridForce );
@@ -236,11 +238,6 @@ class Stepper : public Simulation
             advanceGridVelocity( state ); // 5
         }
         constrain( { state.nodes.velocities, Dim } ); // eq. 7
-        {
-            Profile::Phase phase( "grid" );
-            state.halo.fill( state.nodes.velocities,
-                             Method::template velocityComponents<Dim>() );
-        }
         each( "grid work", &Module<Dim>::gridWork );
         {
             Profile::Phase phase( "G2P" );

@@ -118,7 +118,17 @@ void expectSameAsWhole( const std::array<SideKind, 3>& kind, const bool centred,
 
         halo.fold( own, components<Dim>() );
         whole_halo.fold( all, components<Dim>() );
-        halo.fill( own, components<Dim>() );
+        // What is to be done meanwhile is done once for all, or in two parts.
+        std::vector<bool> parts;
+        halo.fill( own, components<Dim>(), MarkView( "marks", 1 ),
+                   [&]( const Part& part )
+                   {
+                       parts.push_back( part.marked );
+                       EXPECT_EQ( part.marks.data() != nullptr,
+                                  comm.size() > 1 );
+                   } );
+        EXPECT_EQ( parts, comm.size() > 1 ? std::vector( { false, true } )
+                                          : std::vector( { true } ) );
         whole_halo.fill( all, components<Dim>() );
 
         Kokkos::deep_copy( own_host, own );
