@@ -59,7 +59,8 @@ def slope(x, y):
     y."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     value = float((x * y).sum() / (x * x).sum())
-    return value, float(np.max(np.abs(value * x - y)) / np.max(np.abs(y)))
+    largest = np.max(np.abs(y)) or 1.0
+    return value, float(np.max(np.abs(value * x - y)) / largest)
 
 
 def fit(runs, dimension):
