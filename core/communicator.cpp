@@ -1,10 +1,15 @@
 #include <core/communicator.hpp>
+#include <core/traffic.hpp>
 
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+
+#if defined( MACHPOINT_ENABLE_MPI ) && __has_include( <mpi-ext.h> )
+#include <mpi-ext.h>
+#endif
 
 namespace Machpoint
 {
@@ -25,6 +30,13 @@ bool wasLaunched()
         []( const char* name ) { return std::getenv( name ) != nullptr; } );
 }
 
+//! Counts one call of all ranks, and its time.
+struct Collective
+{
+    Collective() { ++Traffic::own().collectives; }
+    Traffic::Timer timer{ Activity::collectives };
+};
+
 bool isRunning()
 {
     int started = 0, ended = 0;
@@ -34,6 +46,18 @@ bool isRunning()
 }
 
 } // namespace
+
+bool mpiIsGpuAware()
+{
+// An extension of Open MPI: what it was built for, and what it found at start.
+#if defined( KOKKOS_ENABLE_CUDA ) && defined( MPIX_CUDA_AWARE_SUPPORT ) &&     \
+    MPIX_CUDA_AWARE_SUPPORT
+    return std::is_same_v<ExecutionSpace, Kokkos::Cuda> && isRunning() &&
+           MPIX_Query_cuda_support() == 1;
+#else
+    return false;
+#endif
+}
 
 MpiSession::MpiSession( int& argc, char**& argv )
 {
@@ -62,6 +86,7 @@ std::vector<double> Communicator::sum( const std::vector<double>& values ) const
 {
     if ( _size == 1 )
         return values;
+    const Collective collective;
     const int n = static_cast<int>( values.size() );
     std::vector<double> all( values.size() * _size );
     MPI_Allgather( values.data(), n, MPI_DOUBLE, all.data(), n, MPI_DOUBLE,
@@ -72,53 +97,36 @@ std::vector<double> Communicator::sum( const std::vector<double>& values ) const
     return sums;
 }
 
-std::int64_t Communicator::sum( std::int64_t value ) const
-{
-    if ( _size > 1 )
-        MPI_Allreduce( MPI_IN_PLACE, &value, 1, MPI_INT64_T, MPI_SUM, _handle );
-    return value;
-}
-
 std::vector<std::int64_t>
-Communicator::sumCounts( std::vector<std::int64_t> counts ) const
+Communicator::sumCounts( std::vector<std::int64_t> values ) const
 {
-    if ( _size > 1 )
-        MPI_Allreduce( MPI_IN_PLACE, counts.data(),
-                       static_cast<int>( counts.size() ), MPI_INT64_T, MPI_SUM,
-                       _handle );
-    return counts;
+    if ( _size == 1 )
+        return values;
+    const Collective collective;
+    MPI_Allreduce( MPI_IN_PLACE, values.data(),
+                   static_cast<int>( values.size() ), MPI_INT64_T, MPI_SUM,
+                   _handle );
+    return values;
 }
 
 std::vector<double> Communicator::max( std::vector<double> values ) const
 {
-    if ( _size > 1 )
-        MPI_Allreduce( MPI_IN_PLACE, values.data(),
-                       static_cast<int>( values.size() ), MPI_DOUBLE, MPI_MAX,
-                       _handle );
-    return values;
-}
-
-Communicator::Tagged Communicator::least( double value, int tag ) const
-{
-    // Tags do not order the ranks, so they travel behind the rank.
     if ( _size == 1 )
-        return { value, tag };
-    struct
-    {
-        double value;
-        int rank;
-    } found{ value, _rank };
-    MPI_Allreduce( MPI_IN_PLACE, &found, 1, MPI_DOUBLE_INT, MPI_MINLOC,
+        return values;
+    const Collective collective;
+    MPI_Allreduce( MPI_IN_PLACE, values.data(),
+                   static_cast<int>( values.size() ), MPI_DOUBLE, MPI_MAX,
                    _handle );
-    MPI_Bcast( &tag, 1, MPI_INT, found.rank, _handle );
-    return { found.value, tag };
+    return values;
 }
 
 std::int64_t Communicator::sumBefore( std::int64_t value ) const
 {
+    if ( _size == 1 )
+        return 0;
+    const Collective collective;
     std::int64_t before = 0;
-    if ( _size > 1 )
-        MPI_Exscan( &value, &before, 1, MPI_INT64_T, MPI_SUM, _handle );
+    MPI_Exscan( &value, &before, 1, MPI_INT64_T, MPI_SUM, _handle );
     return _rank == 0 ? 0 : before;
 }
 
@@ -140,6 +148,7 @@ std::vector<char> Communicator::gatherBytes( const void* data,
         return { first, first + bytes };
     if ( bytes > std::numeric_limits<int>::max() )
         throw std::runtime_error( "a rank gathers more than 2 GiB" );
+    const Collective sizes, lists;
     const int own = static_cast<int>( bytes );
     std::vector<int> counts( _size ), offsets( _size );
     MPI_Allgather( &own, 1, MPI_INT, counts.data(), 1, MPI_INT, _handle );
@@ -167,6 +176,11 @@ void Communicator::abort( const int exit_code ) const
 
 #else
 
+bool mpiIsGpuAware()
+{
+    return false;
+}
+
 MpiSession::MpiSession( int&, char**& ) {}
 MpiSession::~MpiSession() = default;
 
@@ -177,26 +191,15 @@ std::vector<double> Communicator::sum( const std::vector<double>& values ) const
     return values;
 }
 
-std::int64_t Communicator::sum( const std::int64_t value ) const
-{
-    return value;
-}
-
 std::vector<std::int64_t>
-Communicator::sumCounts( std::vector<std::int64_t> counts ) const
+Communicator::sumCounts( std::vector<std::int64_t> values ) const
 {
-    return counts;
+    return values;
 }
 
 std::vector<double> Communicator::max( std::vector<double> values ) const
 {
     return values;
-}
-
-Communicator::Tagged Communicator::least( const double value,
-                                          const int tag ) const
-{
-    return { value, tag };
 }
 
 std::int64_t Communicator::sumBefore( std::int64_t ) const
@@ -223,5 +226,14 @@ void Communicator::abort( const int exit_code ) const
 }
 
 #endif
+
+bool mpiReachesMemory()
+{
+    static const bool reaches =
+        Kokkos::SpaceAccessibility<Kokkos::HostSpace,
+                                   MemorySpace>::accessible ||
+        mpiIsGpuAware();
+    return reaches;
+}
 
 } // namespace Machpoint

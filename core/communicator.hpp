@@ -35,6 +35,14 @@ class MpiSession
     MpiSession& operator=( const MpiSession& ) = delete;
 };
 
+//! Does MPI read and write this build's memory? It does not know a GPU's unless
+//! it was built and started for it; messages then go through copies on the
+//! host.
+bool mpiReachesMemory();
+
+//! Is it a GPU's memory that MPI reaches?
+bool mpiIsGpuAware();
+
 /*!
   \brief The ranks of a run. Every member but rank, size and isRoot is
   collective: all ranks call it, in the same order.
@@ -54,11 +62,13 @@ class Communicator
     //! Sums are taken in the order of the ranks, so they repeat exactly.
     //! @{
     std::vector<double> sum( const std::vector<double>& values ) const;
-    std::int64_t sum( std::int64_t value ) const;
-    //! The same of many whole numbers, which add exactly in any order.
-    std::vector<std::int64_t>
-    sumCounts( std::vector<std::int64_t> counts ) const;
+    std::int64_t sum( std::int64_t value ) const
+    {
+        return sumCounts( { value } )[0];
+    }
     double sum( double value ) const { return sum( std::vector{ value } )[0]; }
+    std::vector<std::int64_t>
+    sumCounts( std::vector<std::int64_t> values ) const;
     std::vector<double> max( std::vector<double> values ) const;
     double max( double value ) const { return max( std::vector{ value } )[0]; }
     double min( double value ) const { return -max( -value ); }
@@ -67,13 +77,6 @@ class Communicator
 
     //! Sum of the values of the ranks before this one.
     std::int64_t sumBefore( std::int64_t value ) const;
-    //! Least value, and the tag of the lowest rank that has it.
-    struct Tagged
-    {
-        double value;
-        int tag;
-    };
-    Tagged least( double value, int tag ) const;
 
     //! The text of one rank, on every rank.
     std::string from( int rank, const std::string& text ) const;

@@ -129,6 +129,21 @@ struct NodeWeights
     }
 };
 
+//! Marks of particles, [>= particles].
+using MarkView = Kokkos::View<bool*, MemorySpace>;
+
+//! Which particles a kernel serves: by default all.
+struct Part
+{
+    MarkView marks = {};
+    bool marked = true; //!< those with the mark, or those without
+
+    KOKKOS_INLINE_FUNCTION bool contains( const int p ) const
+    {
+        return !marks.data() || marks( p ) == marked;
+    }
+};
+
 //! Images of nodes beyond the box of a rank.
 template <int Dim>
 class Halo
@@ -191,10 +206,6 @@ class Halo
     //! What each owned node counts for in sums; for kernels.
     NodeWeights<Dim> weights() const { return { _layout, _kinds }; }
 
-    //! Bytes and messages sent to other ranks so far.
-    std::int64_t bytesSent() const { return _exchange.bytes_sent; }
-    std::int64_t messagesSent() const { return _exchange.messages_sent; }
-
     //! Adds the halo's content to its images. Scalars add; vectors add with
     //! the sign of their reflection. \param field [nodes][N]
     template <std::size_t N>
@@ -222,6 +233,32 @@ class Halo
             overSides( "Machpoint::fill", axis, field, components, FillNode{} );
             _exchange.finish( field, axis, columns, _within[axis], SetValue{} );
         }
+    }
+
+    /*!
+      \brief The same, and what reads the field while messages are under way.
+      \param waiting marks of the particles that need the halo
+      \param work called with a Part, host: where no axis is cut once, else
+      first with the particles that need no halo, then with the others
+    */
+    template <std::size_t N, class Work>
+    void fill( const NodeView& field, const NodeComponents<N>& components,
+               const MarkView& waiting, const Work& work ) const
+    {
+        constexpr int columns = static_cast<int>( N );
+        bool worked = false;
+        for ( int axis = 0; axis < Dim; ++axis )
+        {
+            _exchange.start( field, axis, columns, _within[axis] );
+            if ( !worked && isCut( axis ) )
+            {
+                work( Part{ waiting, false } );
+                worked = true;
+            }
+            overSides( "Machpoint::fill", axis, field, components, FillNode{} );
+            _exchange.finish( field, axis, columns, _within[axis], SetValue{} );
+        }
+        work( worked ? Part{ waiting, true } : Part{} );
     }
 
     // Public only because nvcc wants the types and the parent function of a
@@ -360,6 +397,11 @@ class Halo
             outer.receive = upper ? below : above;
             _within[axis][upper] = { outer.rank, outer.receive, outer.send };
         }
+    }
+
+    bool isCut( const int axis ) const
+    {
+        return _within[axis][0].rank >= 0 || _within[axis][1].rank >= 0;
     }
 
     bool isPeriodic( const int side ) const

@@ -6,14 +6,10 @@
 #define MACHPOINT_HALO_EXCHANGE_HPP
 
 #include <core/decomposition.hpp>
+#include <core/traffic.hpp>
 
 namespace Machpoint
 {
-
-//! Can MPI read and write this build's memory? Otherwise messages go through
-//! copies on the host.
-inline constexpr bool mpi_reaches_memory =
-    Kokkos::SpaceAccessibility<Kokkos::HostSpace, MemorySpace>::accessible;
 
 /*!
   \brief Sends layers of a node field to the two neighbours along an axis.
@@ -50,30 +46,33 @@ class HaloExchange
     {
 #ifdef MACHPOINT_ENABLE_MPI
         _requests.clear();
-        for ( int s = 0; s < 2; ++s )
-        {
-            if ( sides[s].rank < 0 )
-                continue;
-            const int across = _layout.total / _layout.extent[axis];
-            const int n = sides[s].receive.count * across * columns;
-            _received[s].reserve( n );
-            // A message carries the side from which it left.
-            post( MPI_Irecv, _received[s], n, sides[s].rank, 1 - s );
-        }
-        for ( int s = 0; s < 2; ++s )
-            if ( sides[s].rank >= 0 )
-                pack( field, axis, columns, sides[s].send, _sent[s] );
-        if ( !_requests.empty() )
-            ExecutionSpace().fence( "Machpoint: halo packed" );
+        if ( sides[0].rank < 0 && sides[1].rank < 0 )
+            return;
+        const Traffic::Timer timer( Activity::halo );
         for ( int s = 0; s < 2; ++s )
             if ( sides[s].rank >= 0 )
             {
-                const int across = _layout.total / _layout.extent[axis];
-                const int n = sides[s].send.count * across * columns;
+                _received[s].reserve( size( axis, columns, sides[s].receive ) );
+                pack( field, axis, columns, sides[s].send, _sent[s] );
+            }
+        // Also so that no kernel reads what the next message overwrites.
+        ExecutionSpace().fence( "Machpoint: halo packed" );
+        for ( int s = 0; s < 2; ++s )
+            if ( sides[s].rank >= 0 )
+                // A message carries the side from which it left.
+                post( MPI_Irecv, _received[s],
+                      size( axis, columns, sides[s].receive ), sides[s].rank,
+                      1 - s );
+        auto& traffic = Traffic::own();
+        for ( int s = 0; s < 2; ++s )
+            if ( sides[s].rank >= 0 )
+            {
+                const int n = size( axis, columns, sides[s].send );
                 _sent[s].toHost( n );
                 post( MPI_Isend, _sent[s], n, sides[s].rank, s );
-                bytes_sent += n * static_cast<std::int64_t>( sizeof( Real ) );
-                ++messages_sent;
+                traffic.halo_bytes +=
+                    n * static_cast<std::int64_t>( sizeof( Real ) );
+                ++traffic.halo_messages;
             }
 #else
         static_cast<void>( field );
@@ -90,14 +89,17 @@ class HaloExchange
 #ifdef MACHPOINT_ENABLE_MPI
         if ( _requests.empty() )
             return;
-        MPI_Waitall( static_cast<int>( _requests.size() ), _requests.data(),
-                     MPI_STATUSES_IGNORE );
+        {
+            const Traffic::Timer timer( Activity::halo_wait );
+            MPI_Waitall( static_cast<int>( _requests.size() ), _requests.data(),
+                         MPI_STATUSES_IGNORE );
+        }
+        const Traffic::Timer timer( Activity::halo );
         for ( int s = 0; s < 2; ++s )
             if ( sides[s].rank >= 0 )
             {
-                const int across = _layout.total / _layout.extent[axis];
-                _received[s].toDevice( sides[s].receive.count * across *
-                                       columns );
+                _received[s].toDevice(
+                    size( axis, columns, sides[s].receive ) );
                 unpack( field, axis, columns, sides[s].receive, _received[s],
                         apply );
             }
@@ -110,13 +112,10 @@ class HaloExchange
 #endif
     }
 
-    std::int64_t bytes_sent = 0;
-    std::int64_t messages_sent = 0;
-
     // Public only because nvcc wants the types and the parent function of a
     // device lambda to be accessible.
 
-    //! Memory of a message, with its copy on the host where MPI needs one.
+    //! Memory of a message, and where MPI does not reach it a copy on the host.
     struct Buffer
     {
         Kokkos::View<Real*, MemorySpace> device;
@@ -127,27 +126,27 @@ class HaloExchange
             if ( static_cast<int>( device.extent( 0 ) ) >= n )
                 return;
             Kokkos::realloc( Kokkos::WithoutInitializing, device, n );
-            if constexpr ( mpi_reaches_memory )
-                host =
-                    Kokkos::View<Real*, Kokkos::HostSpace>( device.data(), n );
-            else
+            if ( !mpiReachesMemory() )
                 Kokkos::realloc( Kokkos::WithoutInitializing, host, n );
+        }
+        //! What MPI reads and writes.
+        Real* data() const
+        {
+            return mpiReachesMemory() ? device.data() : host.data();
         }
         void toHost( const int n ) const
         {
-            if constexpr ( !mpi_reaches_memory )
+            if ( !mpiReachesMemory() )
                 Kokkos::deep_copy(
                     Kokkos::subview( host, Kokkos::make_pair( 0, n ) ),
                     Kokkos::subview( device, Kokkos::make_pair( 0, n ) ) );
-            static_cast<void>( n );
         }
         void toDevice( const int n ) const
         {
-            if constexpr ( !mpi_reaches_memory )
+            if ( !mpiReachesMemory() )
                 Kokkos::deep_copy(
                     Kokkos::subview( device, Kokkos::make_pair( 0, n ) ),
                     Kokkos::subview( host, Kokkos::make_pair( 0, n ) ) );
-            static_cast<void>( n );
         }
     };
 
@@ -176,7 +175,7 @@ class HaloExchange
     {
         const auto layout = _layout;
         const int across = layout.total / layout.extent[axis];
-        buffer.reserve( layers.count * across * columns );
+        buffer.reserve( size( axis, columns, layers ) );
         const auto values = buffer.device;
         const int first = layers.first;
         Kokkos::parallel_for(
@@ -209,13 +208,20 @@ class HaloExchange
     }
 
   private:
+    //! Values in some layers.
+    int size( const int axis, const int columns, const Layers& layers ) const
+    {
+        return layers.count * ( _layout.total / _layout.extent[axis] ) *
+               columns;
+    }
+
 #ifdef MACHPOINT_ENABLE_MPI
     template <class Call>
     void post( const Call& call, const Buffer& buffer, const int n,
                const int rank, const int tag )
     {
         _requests.emplace_back();
-        call( buffer.host.data(), n, MPI_DOUBLE, rank, tag, _comm.handle(),
+        call( buffer.data(), n, MPI_DOUBLE, rank, tag, _comm.handle(),
               &_requests.back() );
     }
 

@@ -129,10 +129,10 @@ herr_t select( const hid_t space, const std::vector<std::size_t>& start,
 class Writer
 {
   public:
-    Writer( const Communicator& ranks, const fs::path& target,
+    //! \param ranks that call it, all of them
+    Writer( const int ranks, const bool is_root, const fs::path& target,
             const hid_t access, const fs::path& name, const int compression )
-        : _target( target ), _is_root( ranks.isRoot() ),
-          _compression( compression ),
+        : _target( target ), _is_root( is_root ), _compression( compression ),
           _links( H5Pcreate( H5P_LINK_CREATE ), H5Pclose ),
           _transfer( H5Pcreate( H5P_DATASET_XFER ), H5Pclose ),
           _file( H5Fcreate( name.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access ),
@@ -141,9 +141,11 @@ class Writer
         check<hid_t>( _file, "create it" );
         check( H5Pset_create_intermediate_group( _links, 1 ), "create it" );
 #ifdef H5_HAVE_PARALLEL
-        if ( ranks.size() > 1 )
+        if ( ranks > 1 )
             check( H5Pset_dxpl_mpio( _transfer, H5FD_MPIO_COLLECTIVE ),
                    "create it" );
+#else
+        static_cast<void>( ranks );
 #endif
     }
 
@@ -258,13 +260,12 @@ std::size_t sizeOnDisk( const std::vector<Dataset>& datasets )
 // HDF5 never touches the disk: when its last write to a full one fails, the
 // file cannot be closed any more and the library crashes at exit (1.10.8). It
 // builds the image in memory, and writeFile puts that on the disk.
-void writeAlone( const Communicator& ranks, const fs::path& target,
-                 const std::vector<Dataset>& attributes,
+void writeAlone( const fs::path& target, const std::vector<Dataset>& attributes,
                  const std::vector<Dataset>& datasets, const int compression )
 {
     const Handle access( H5Pcreate( H5P_FILE_ACCESS ), H5Pclose );
     H5Pset_fapl_core( access, sizeOnDisk( datasets ), false );
-    Writer writer( ranks, target, access, target, compression );
+    Writer writer( 1, true, target, access, target, compression );
     for ( const auto& item : attributes )
         writer.attribute( item );
     for ( const auto& item : datasets )
@@ -272,6 +273,82 @@ void writeAlone( const Communicator& ranks, const fs::path& target,
     writer.flush();
     const auto [bytes, size] = writer.image();
     writeFile( target, bytes, size );
+}
+
+std::size_t elementSize( const Dataset::Type type )
+{
+    return type == Dataset::Type::byte ? 1 : sizeof( double );
+}
+
+//! Copies a block to its place in the whole array, row by row.
+//! \return the block's end
+const char* place( const char* block, const std::size_t* shape,
+                   const std::size_t* start, const Dataset& item, char* whole )
+{
+    const auto& extents = item.extents();
+    const std::size_t axes = extents.size();
+    const std::size_t size = elementSize( item.type );
+    std::size_t rows = 1;
+    for ( std::size_t d = 0; d + 1 < axes; ++d )
+        rows *= shape[d];
+    const std::size_t length = shape[axes - 1] * size;
+    for ( std::size_t row = 0; row < rows; ++row )
+    {
+        std::size_t rest = row, offset = start[axes - 1], stride = 1;
+        for ( std::size_t d = axes - 1; d-- > 0; rest /= shape[d] )
+        {
+            stride *= extents[d + 1];
+            offset += ( start[d] + rest % shape[d] ) * stride;
+        }
+        std::copy_n( block, length, whole + offset * size );
+        block += length;
+    }
+    return block;
+}
+
+// Ranks that open, extend and close a file together agree dozens of times: on
+// a small one that takes longer than all its data.
+void writeGathered( const Communicator& ranks, const fs::path& target,
+                    const std::vector<Dataset>& attributes,
+                    std::vector<Dataset> datasets, const int compression )
+{
+    std::vector<std::size_t> places; // shape and start of every block
+    std::vector<char> bytes;
+    for ( const auto& item : datasets )
+        if ( !item.global_shape.empty() )
+        {
+            places.insert( places.end(), item.shape.begin(), item.shape.end() );
+            places.insert( places.end(), item.start.begin(), item.start.end() );
+            const auto* data = static_cast<const char*>( item.data );
+            const auto size = count( item.shape ) * elementSize( item.type );
+            bytes.insert( bytes.end(), data, data + size );
+        }
+    places = ranks.gather( places );
+    bytes = ranks.gather( bytes );
+    onRoot( ranks,
+            [&]
+            {
+                std::vector<std::vector<char>> arrays;
+                for ( const auto& item : datasets )
+                    arrays.emplace_back( count( item.extents() ) *
+                                         elementSize( item.type ) );
+                const char* block = bytes.data();
+                const std::size_t* axes = places.data();
+                while ( axes != places.data() + places.size() )
+                    for ( std::size_t k = 0; k < datasets.size(); ++k )
+                        if ( const auto n = datasets[k].global_shape.size() )
+                        {
+                            block = place( block, axes, axes + n, datasets[k],
+                                           arrays[k].data() );
+                            axes += 2 * n;
+                        }
+                for ( std::size_t k = 0; k < datasets.size(); ++k )
+                    if ( !datasets[k].global_shape.empty() )
+                        datasets[k] = { datasets[k].name,
+                                        datasets[k].global_shape,
+                                        arrays[k].data(), datasets[k].type };
+                writeAlone( target, attributes, datasets, compression );
+            } );
 }
 
 #ifdef H5_HAVE_PARALLEL
@@ -296,9 +373,10 @@ void writeParallel( const Communicator& ranks, const fs::path& target,
         H5Pset_fapl_mpio( access, ranks.handle(), MPI_INFO_NULL );
         std::optional<Writer> writer;
         together( ranks,
-                  [&] {
-                      writer.emplace( ranks, target, access, temporary,
-                                      compression );
+                  [&]
+                  {
+                      writer.emplace( ranks.size(), ranks.isRoot(), target,
+                                      access, temporary, compression );
                   } );
         onRoot( ranks, reserve );
         together( ranks,
@@ -337,15 +415,16 @@ void requireHdf5( const Communicator& ranks )
 
 void writeHdf5( const Communicator& ranks, const fs::path& target,
                 const std::vector<Dataset>& attributes,
-                const std::vector<Dataset>& datasets, const int compression )
+                const std::vector<Dataset>& datasets, const int compression,
+                const std::size_t small )
 {
     const QuietHdf5 quiet;
     if ( ranks.size() == 1 )
-        together( ranks,
-                  [&] {
-                      writeAlone( ranks, target, attributes, datasets,
-                                  compression );
-                  } );
+        together(
+            ranks,
+            [&] { writeAlone( target, attributes, datasets, compression ); } );
+    else if ( sizeOnDisk( datasets ) <= small )
+        writeGathered( ranks, target, attributes, datasets, compression );
 #ifdef H5_HAVE_PARALLEL
     else
         writeParallel( ranks, target, attributes, datasets, compression );
@@ -476,7 +555,8 @@ void requireHdf5( const Communicator& )
 }
 
 void writeHdf5( const Communicator& ranks, const fs::path&,
-                const std::vector<Dataset>&, const std::vector<Dataset>&, int )
+                const std::vector<Dataset>&, const std::vector<Dataset>&, int,
+                std::size_t )
 {
     requireHdf5( ranks );
 }

@@ -79,22 +79,28 @@ std::vector<Dataset> stackRows( const Communicator& ranks,
 //! and for several ranks in one with a serial HDF5; on all ranks
 void requireHdf5( const Communicator& ranks );
 
+//! Bytes of a file that one rank writes sooner than several agree on it.
+constexpr std::size_t small_file = std::size_t{ 32 } << 20;
+
 /*!
   \brief Writes a whole file or none: beside the target, forced to the disk,
   renamed.
 
   Collective; the directory exists, and all ranks see it. One rank builds the
-  file in memory, several write their blocks through MPI-IO.
+  file in memory; so does the root of several, with all blocks, where the file
+  is small. Large files they write together through MPI-IO.
 
   \param[in] attributes Of the file; the same on all ranks.
   \param[in] datasets On all ranks the same names, types and whole shapes in the
   same order; the blocks cover each array and do not overlap.
   \param[in] compression 0 to 9: effort of deflate after shuffle; 0 is none.
+  \param[in] small bytes up to which the root writes alone
   \throws IoError the same on all ranks
 */
 void writeHdf5( const Communicator& ranks, const std::filesystem::path& target,
                 const std::vector<Dataset>& attributes,
-                const std::vector<Dataset>& datasets, int compression = 0 );
+                const std::vector<Dataset>& datasets, int compression = 0,
+                std::size_t small = small_file );
 
 /*!
   \brief Reads a file of named arrays. Not collective: a rank reads what it

@@ -38,7 +38,7 @@ constexpr Real widest_volume = 4;
   grid (0.2 % with exp; examples/piston).
 */
 template <class Basis, int Dim>
-void gridToParticlesApic( const State<Dim>& state )
+void gridToParticlesApic( const State<Dim>& state, const Part& part )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
@@ -55,6 +55,8 @@ void gridToParticlesApic( const State<Dim>& state )
     Kokkos::parallel_for(
         "Machpoint::gridToParticles", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
+            if ( !part.contains( p ) )
+                return;
             const Vector<Dim> old_x = get<Dim>( x, p );
             const Vector<Dim> old_v = get<Dim>( v, p );
             const Stencil<Basis, Dim> s( grid, layout, old_x );
@@ -162,7 +164,10 @@ struct Apic : MethodDefaults
     static void gridToParticles( State<Dim>& state, Storage<Dim>&,
                                  const Constrain& )
     {
-        Impl::gridToParticlesApic<Basis, Dim>( state );
+        state.halo.fill(
+            state.nodes.velocities, velocityComponents<Dim>(), state.waiting,
+            [&]( const Part& part )
+            { Impl::gridToParticlesApic<Basis, Dim>( state, part ); } );
     }
 
     //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:

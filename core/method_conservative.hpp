@@ -174,8 +174,10 @@ struct Conservative : MethodDefaults
         if ( parts.viscosity_limiter )
         {
             Impl::limitFaces( state, faces );
-            state.halo.fill( faces, Impl::allFaceComponents<Dim>() );
-            Impl::gatherRates<Basis, true>( state, faces );
+            state.halo.fill(
+                faces, Impl::allFaceComponents<Dim>(), state.waiting,
+                [&]( const Part& part )
+                { Impl::gatherRates<Basis, true>( state, faces, part ); } );
         }
         else
             Impl::gatherRates<Basis, false>( state, faces );
@@ -199,16 +201,22 @@ struct Conservative : MethodDefaults
                                  const Constrain& )
     {
         const auto& parts = storage.parts;
-        Impl::differenceVelocity( state, storage.faces, 0.5 );
-        if ( state.images.count > 0 )
-            state.ledger.energy_in +=
-                Impl::workOfImages<Basis>( state, storage.faces );
-        if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
-            Impl::gatherParticles<Basis, true>( state, storage.faces, parts,
-                                                storage.drift );
-        else
-            Impl::gatherParticles<Basis, false>( state, storage.faces, parts,
-                                                 storage.drift );
+        auto gather = [&]( const Part& part )
+        {
+            // Again with the halo, where that has come meanwhile.
+            Impl::differenceVelocity( state, storage.faces, 0.5 );
+            if ( state.images.count > 0 && part.marked )
+                state.ledger.energy_in +=
+                    Impl::workOfImages<Basis>( state, storage.faces );
+            if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
+                Impl::gatherParticles<Basis, true>( state, storage.faces, parts,
+                                                    storage.drift, part );
+            else
+                Impl::gatherParticles<Basis, false>(
+                    state, storage.faces, parts, storage.drift, part );
+        };
+        state.halo.fill( state.nodes.velocities, velocityComponents<Dim>(),
+                         state.waiting, gather );
     }
 
     //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:

@@ -180,6 +180,7 @@ struct Paper : MethodDefaults
                                  const Constrain& constrain )
     {
         const auto components = vectorComponents<Dim, 1>( Parity::velocity );
+        state.halo.fill( state.nodes.velocities, velocityComponents<Dim>() );
         Impl::updateParticleVelocity<Basis, Dim>( state ); // 6
         Impl::momentumToGrid<Basis, Dim>( state, second.velocity,
                                           second.scatter ); // 7

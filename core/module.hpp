@@ -54,6 +54,7 @@ struct State
     Particles<Dim> particles;
     Nodes<Dim> nodes;
     Images<Dim> images; //!< of the particles near curved walls, this step
+    MarkView waiting;   //!< the particles that need the halo; see markWaiting
     //! Rates of the grid velocity at the particles; null where the method
     //! knows only the gradient that a particle carries.
     Sidecar<RateMembers>* rates = nullptr;

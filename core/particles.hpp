@@ -8,11 +8,13 @@
 
 #include <core/archive.hpp>
 #include <core/communicator.hpp>
+#include <core/traffic.hpp>
 #include <core/types.hpp>
 
 #include <Cabana_Core.hpp>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,8 +48,51 @@ constexpr const char* member_names[] = {
     "pressure", "sound_speed", "id" };
 
 using ParticleBins = Cabana::BinningData<MemorySpace>;
+
 #ifdef MACHPOINT_ENABLE_MPI
-using ParticlePlan = Cabana::Distributor<MemorySpace>;
+//! Which particles go to which rank; their data by way of the host where MPI
+//! does not reach the memory they are in.
+class ParticlePlan
+{
+  public:
+    //! Collective. \param ranks target of each particle that leaves
+    ParticlePlan( const Communicator& comm, const IndexList& ranks )
+    {
+        if ( mpiReachesMemory() )
+            _direct.emplace( comm.handle(), ranks );
+        else
+            _staged.emplace( comm.handle(), Kokkos::create_mirror_view_and_copy(
+                                                Kokkos::HostSpace(), ranks ) );
+    }
+
+    //! Number of particles that arrive.
+    std::size_t arriving() const
+    {
+        return _direct ? _direct->totalNumImport() : _staged->totalNumImport();
+    }
+
+    //! Collective. \param leaving in the order of the ranks given
+    template <class AoSoA>
+    void send( const AoSoA& leaving, AoSoA& arriving ) const
+    {
+        Traffic::own().migrated_bytes += static_cast<std::int64_t>(
+            leaving.size() * sizeof( typename AoSoA::tuple_type ) );
+        if ( _direct )
+        {
+            Cabana::migrate( *_direct, leaving, arriving );
+            return;
+        }
+        const auto out =
+            Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(), leaving );
+        auto in = Cabana::create_mirror_view( Kokkos::HostSpace(), arriving );
+        Cabana::migrate( *_staged, out, in );
+        Cabana::deep_copy( arriving, in );
+    }
+
+  private:
+    std::optional<Cabana::Distributor<MemorySpace>> _direct;
+    std::optional<Cabana::Distributor<Kokkos::HostSpace>> _staged;
+};
 #endif
 
 //! State that one effect alone needs, one entry per particle. Sorting,
@@ -117,15 +162,15 @@ template <class AoSoA>
 AoSoA sendTuples( const ParticlePlan& plan, const AoSoA& aosoa,
                   const IndexList& rows )
 {
-    AoSoA leaving( "Machpoint::leaving", plan.exportSize() );
-    AoSoA arriving( "Machpoint::arriving", plan.totalNumImport() );
+    AoSoA leaving( "Machpoint::leaving", rows.size() );
+    AoSoA arriving( "Machpoint::arriving", plan.arriving() );
     Kokkos::parallel_for(
         "Machpoint::leavingParticles",
         Range( 0, static_cast<int>( leaving.size() ) ),
         KOKKOS_LAMBDA( const int k ) {
             leaving.setTuple( k, aosoa.getTuple( rows( k ) ) );
         } );
-    Cabana::migrate( plan, leaving, arriving );
+    plan.send( leaving, arriving );
     return arriving;
 }
 
@@ -402,14 +447,16 @@ class Particles
       \brief Sends every particle whose cell another rank has to that rank, with
       its sidecars. Collective.
       \param rank_of callable on the device: rank from a position [Dim]
+      \return number of particles on all ranks
     */
     template <class RankOf>
-    void migrate( const Communicator& comm, const RankOf& rank_of )
+    std::int64_t migrate( const Communicator& comm, const RankOf& rank_of )
     {
-#ifdef MACHPOINT_ENABLE_MPI
-        if ( comm.size() == 1 )
-            return;
         const int n = size();
+        if ( comm.size() == 1 )
+            return n;
+#ifdef MACHPOINT_ENABLE_MPI
+        const Traffic::Timer timer( Activity::migration );
         const int own = comm.rank();
         const auto x = slice<Position>();
         const auto id = slice<Id>();
@@ -427,8 +474,11 @@ class Particles
                 sum += ranks( p ) != own ? 1 : 0;
             },
             count );
-        if ( comm.sum( static_cast<std::int64_t>( count ) ) == 0 )
-            return;
+        const auto sums = comm.sumCounts( { n, count } );
+        if ( sums[1] == 0 )
+            return sums[0];
+        Traffic::own().migrated_particles += count;
+        ++Traffic::own().collectives; // of the plan
         IndexList rows( "Machpoint::leavingRows", count );
         IndexList targets( "Machpoint::targetRanks", count );
         Kokkos::parallel_scan(
@@ -444,7 +494,7 @@ class Particles
                     ++k;
                 }
             } );
-        const ParticlePlan plan( comm.handle(), targets );
+        const ParticlePlan plan( comm, targets );
         const auto arrived = Impl::sendTuples( plan, _aosoa, rows );
         for ( auto& sidecar : _sidecars )
             sidecar->send( plan, rows );
@@ -457,9 +507,10 @@ class Particles
         Impl::appendTuples( _aosoa, arrived, kept );
         for ( auto& sidecar : _sidecars )
             sidecar->receive( kept );
+        return sums[0];
 #else
-        static_cast<void>( comm );
         static_cast<void>( rank_of );
+        return n;
 #endif
     }
 

@@ -3,6 +3,7 @@
 #include <core/report.hpp>
 #include <core/revision.hpp>
 #include <core/scene.hpp>
+#include <core/traffic.hpp>
 
 #include <fmt/format.h>
 
@@ -165,6 +166,55 @@ std::int64_t peakMemory()
     return static_cast<std::int64_t>( usage.ru_maxrss ) * 1024;
 }
 
+//! What the ranks sent and waited for: of each, the sum and the largest.
+Json communication( const Communicator& ranks )
+{
+    const auto own = Traffic::upToNow();
+    std::vector<Real> values( own.seconds.begin(), own.seconds.end() );
+    const std::size_t times = values.size();
+    for ( const auto count :
+          { own.halo_bytes, own.halo_messages, own.migrated_particles,
+            own.migrated_bytes, own.collectives } )
+        values.push_back( static_cast<Real>( count ) );
+    const auto sums = ranks.sum( values );
+    const auto largest = ranks.max( values );
+    auto seconds = Json::object();
+    for ( std::size_t k = 0; k < times; ++k )
+        seconds[activity_names[k]] = { { "sum", sums[k] },
+                                       { "largest", largest[k] } };
+    auto count = [&]( const std::size_t k )
+    {
+        return Json{ { "sum", std::llround( sums[times + k] ) },
+                     { "largest", std::llround( largest[times + k] ) } };
+    };
+    return { { "gpu_aware", mpiIsGpuAware() },
+             { "halo_bytes", count( 0 ) },
+             { "halo_messages", count( 1 ) },
+             { "migrated_particles", count( 2 ) },
+             { "migrated_bytes", count( 3 ) },
+             { "collectives", own.collectives },
+             { "seconds", seconds } };
+}
+
+//! The same for the end table: seconds of the slowest rank.
+std::string formatCommunication( const Json& c )
+{
+    std::string text = fmt::format(
+        "  communication: halo {:.4g} MiB in {} messages, {} particles moved, "
+        "{} collectives; MPI takes {}\n    largest seconds:",
+        c.at( "halo_bytes" ).at( "sum" ).get<Real>() / ( 1 << 20 ),
+        c.at( "halo_messages" ).at( "sum" ).get<std::int64_t>(),
+        c.at( "migrated_particles" ).at( "sum" ).get<std::int64_t>(),
+        c.at( "collectives" ).get<std::int64_t>(),
+        c.at( "gpu_aware" ).get<bool>() ? "the GPU's memory"
+        : mpiReachesMemory()            ? "the host's memory"
+                                        : "copies on the host" );
+    for ( const auto& [name, s] : c.at( "seconds" ).items() )
+        text +=
+            fmt::format( " {} {:.3f}", name, s.at( "largest" ).get<Real>() );
+    return text + "\n";
+}
+
 //! A number for a table, or a dash where there is none.
 std::string orDash( const Json& value )
 {
@@ -224,6 +274,7 @@ Json makeSummary( Simulation& simulation, const Json& input,
         json["phases"].push_back( { { "name", e.name },
                                     { "calls", e.calls },
                                     { "seconds", e.seconds } } );
+    json["communication"] = communication( ranks );
     json["input"] = input;
     json["revision"] = revision;
     return json;
@@ -268,6 +319,7 @@ std::string formatSummary( const Json& s )
             b.at( "start" ).get<Real>(), b.at( "largest" ).get<Real>(),
             b.at( "end" ).get<Real>(),
             b.at( "cuts_moved" ).get<std::int64_t>() );
+        text += formatCommunication( s.at( "communication" ) );
     }
     const auto& c = s.at( "conservation" );
     text += fmt::format( "  relative drift: mass {}, momentum {}, total energy "

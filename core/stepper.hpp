@@ -43,9 +43,10 @@ class Stepper : public Simulation
         each( "set-up", &Module<Dim>::layOut );
         each( "set-up", &Module<Dim>::initialize );
         each( "set-up", &Module<Dim>::particleState );
-        countParticles();
+        _particles =
+            comm().sum( std::int64_t( _scene.state.particles.size() ) );
         imbalance();
-        survey();
+        survey( {} );
     }
 
     /*!
@@ -227,9 +228,10 @@ class Stepper : public Simulation
         if ( state.step % _sort_every == 0 )
             sortParticles();
         each( "particle state", &Module<Dim>::particleState ); // 1
+        const auto own = limitsOfModules();
         {
             Profile::Phase phase( "guard" );
-            _survey = survey();
+            survey( own );
         }
         balance(); // a state that is sound, so that it may replace the copy
         Profile::Phase phase( "guard" );
@@ -257,6 +259,8 @@ class Stepper : public Simulation
         each( "images", &Module<Dim>::mirrorParticles );
         {
             Profile::Phase phase( "P2G" );
+            if ( comm().size() > 1 )
+                markWaiting( state );
             Method::template particlesToGrid<Basis>( state, _scatter ); // 2-4
         }
         each( "grid force", &Module<Dim>::gridForce );
@@ -280,11 +284,6 @@ class Stepper : public Simulation
             advanceGridVelocity( state ); // 5
         }
         constrain( { state.nodes.velocities, Dim } ); // eq. 7
-        {
-            Profile::Phase phase( "grid" );
-            state.halo.fill( state.nodes.velocities,
-                             Method::template velocityComponents<Dim>() );
-        }
         each( "grid work", &Module<Dim>::gridWork );
         {
             Profile::Phase phase( "G2P" );
@@ -299,19 +298,12 @@ class Stepper : public Simulation
     void migrate()
     {
         auto& state = _scene.state;
-        if ( comm().size() > 1 )
-        {
-            Profile::Phase phase( "migration" );
-            state.particles.migrate( comm(),
-                                     state.decomposition.finder( state.grid ) );
-        }
-        countParticles();
-    }
-
-    void countParticles()
-    {
-        _particles = comm().sum(
-            static_cast<std::int64_t>( _scene.state.particles.size() ) );
+        _particles = state.particles.size();
+        if ( comm().size() == 1 )
+            return;
+        Profile::Phase phase( "migration" );
+        _particles = state.particles.migrate(
+            comm(), state.decomposition.finder( state.grid ) );
     }
 
     //! What is wrong with the gas on any rank: empty if nothing.
@@ -327,14 +319,19 @@ class Stepper : public Simulation
     //! The text of the rank whose fault is the worst; empty without faults.
     std::string describe( const Fault& fault ) const
     {
-        const auto worst =
-            comm().least( -static_cast<double>( fault.kind ), comm().rank() );
-        if ( worst.value == 0 )
-            return {};
-        return comm().from( worst.tag,
-                            worst.tag == comm().rank()
-                                ? describeFault( _scene.state, fault )
-                                : std::string() );
+        const Real kind = static_cast<int>( fault.kind );
+        const Real worst = comm().max( kind );
+        return worst > 0 ? describe( fault, kind == worst ) : std::string();
+    }
+    //! \param is_worst is it on this rank, perhaps among others?
+    std::string describe( const Fault& fault, const bool is_worst ) const
+    {
+        const int own = comm().rank();
+        const int first =
+            static_cast<int>( comm().min( is_worst ? own : comm().size() ) );
+        return comm().from( first, first == own
+                                       ? describeFault( _scene.state, fault )
+                                       : std::string() );
     }
 
     //! Returns to the start of the step. \throws NumericalFailure when a
@@ -393,57 +390,68 @@ class Stepper : public Simulation
         _scene.state.particles.removeMarked( removed );
     }
 
-    ParticleSurvey survey()
+    //! Largest time step that each module allows this rank.
+    std::vector<Real> limitsOfModules()
     {
-        auto found = surveyParticles( _scene.state );
-        auto fault =
-            describe( { found.broken, found.broken >= 0 ? FaultKind::not_finite
-                                                        : FaultKind::none } );
-        if ( !fault.empty() )
+        Profile::Phase phase( "time step" );
+        std::vector<Real> limits;
+        for ( auto& active : _scene.modules )
         {
+            Profile::Effect effect( active.name );
+            limits.push_back( active.module->limitTimeStep( _scene.state ) );
+        }
+        return limits;
+    }
+
+    /*!
+      \brief Is the gas sound, how fast is it, what are its extremes? One
+      reduction tells all ranks all of it.
+      \param limits of the time step, this rank's
+    */
+    void survey( const std::vector<Real>& limits )
+    {
+        const auto found = surveyParticles( _scene.state );
+        const auto& own = found.extrema;
+        std::vector<Real> largest = {
+            found.broken >= 0 ? 1.0 : 0.0, found.fastest, -own.min_density,
+            -own.min_specific_internal_energy, own.max_mach };
+        for ( const Real limit : limits )
+            largest.push_back( -limit );
+        largest = comm().max( largest );
+        if ( largest[0] > 0 )
+        {
+            const auto fault = describe(
+                { found.broken, FaultKind::not_finite }, found.broken >= 0 );
             // A boundary or a source broke the gas after the step's check.
             if ( _most_retries > 0 && _scene.state.step > 0 )
                 restore();
             throw NumericalFailure( fault );
         }
-        const auto& own = found.extrema;
-        const auto largest =
-            comm().max( { found.fastest, -own.min_density,
-                          -own.min_specific_internal_energy, own.max_mach } );
-        found.fastest = largest[0];
-        _extrema.min_density = std::min( _extrema.min_density, -largest[1] );
+        _fastest = largest[1];
+        _extrema.min_density = std::min( _extrema.min_density, -largest[2] );
         _extrema.min_specific_internal_energy =
-            std::min( _extrema.min_specific_internal_energy, -largest[2] );
-        _extrema.max_mach = std::max( _extrema.max_mach, largest[3] );
-        return found;
+            std::min( _extrema.min_specific_internal_energy, -largest[3] );
+        _extrema.max_mach = std::max( _extrema.max_mach, largest[4] );
+        _limits.clear();
+        for ( std::size_t k = 5; k < largest.size(); ++k )
+            _limits.push_back( -largest[k] );
     }
 
     //! dt = CFL h / max(c + |v|), or less where an effect asks for it.
     //! \param part of it, for a step that is repeated
     void chooseTimeStep( const Real until, const Real part )
     {
-        Profile::Phase phase( "time step" );
         auto& state = _scene.state;
         Real dt = Kokkos::Experimental::infinity_v<Real>;
-        if ( _survey.fastest > 0 )
-            dt = state.cfl * state.grid.minSpacing() / _survey.fastest;
-        // Modules are numbered from 1; 0 stands for the wave speed.
-        int limiter = 0;
-        for ( std::size_t k = 0; k < _scene.modules.size(); ++k )
-        {
-            auto& active = _scene.modules[k];
-            Profile::Effect effect( active.name );
-            const Real limit = active.module->limitTimeStep( state );
-            if ( limit < dt )
+        if ( _fastest > 0 )
+            dt = state.cfl * state.grid.minSpacing() / _fastest;
+        _limiter = "wave speed";
+        for ( std::size_t k = 0; k < _limits.size(); ++k )
+            if ( _limits[k] < dt )
             {
-                dt = limit;
-                limiter = static_cast<int>( k ) + 1;
+                dt = _limits[k];
+                _limiter = _scene.modules[k].name;
             }
-        }
-        const auto least = comm().least( dt, limiter );
-        dt = least.value;
-        _limiter =
-            least.tag == 0 ? "wave speed" : _scene.modules[least.tag - 1].name;
         if ( state.step < start_up_steps )
             dt *= start_up_factor;
         if ( part < 1 )
@@ -503,7 +511,11 @@ class Stepper : public Simulation
     int _most_retries;
     std::int64_t _particles = 0; // on all ranks
     std::int64_t _retries = 0;
-    ParticleSurvey _survey;
+    //! \name Over all ranks, before the step
+    //! @{
+    Real _fastest = 0;         // max of c + |v|
+    std::vector<Real> _limits; // of the time step, [modules]
+    //! @}
     Ledger _saved_ledger;
     Real _saved_time = 0;
     std::int64_t _saved_step = 0;

@@ -100,6 +100,39 @@ void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
     Kokkos::Experimental::contribute( moments, scatter );
 }
 
+/*!
+  \brief Marks the particles that wait for messages of other ranks before they
+  gather: those whose stencil may reach beyond the owned nodes, and those with
+  images. Positions then stay until they gather.
+*/
+template <int Dim>
+void markWaiting( State<Dim>& state )
+{
+    const int n = state.particles.size();
+    if ( state.waiting.extent_int( 0 ) < n )
+        Kokkos::realloc( Kokkos::WithoutInitializing, state.waiting,
+                         n + n / 4 );
+    const auto x = state.particles.template slice<Position>();
+    const auto waiting = state.waiting;
+    const auto grid = state.grid;
+    auto inner = state.layout.box;
+    for ( int d = 0; d < Dim; ++d )
+    {
+        inner.begin[d] += state.layout.halo;
+        inner.end[d] -= state.layout.halo + ( state.layout.centred ? 0 : 1 );
+    }
+    Kokkos::parallel_for(
+        "Machpoint::markWaiting", Range( 0, n ), KOKKOS_LAMBDA( const int p ) {
+            waiting( p ) = !inner.contains( grid, get<Dim>( x, p ) );
+        } );
+    const auto images = state.images;
+    Kokkos::parallel_for(
+        "Machpoint::markImages", Range( 0, images.count ),
+        KOKKOS_LAMBDA( const int k ) {
+            waiting( images.particle( k ) ) = true;
+        } );
+}
+
 //! v_i = (mv)_i / m_i on every stored node; 0 where there is no gas.
 //! \param[out] velocities columns 0 to Dim - 1
 template <int Dim>

@@ -10,6 +10,7 @@
 #include <core/report.hpp>
 #include <core/revision.hpp>
 #include <core/simulation.hpp>
+#include <core/traffic.hpp>
 
 #include <fmt/format.h>
 
@@ -280,6 +281,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     auto write = [&]
     {
         Profile::Phase phase( "output" );
+        const Traffic::Timer activity( Activity::output );
         if ( writes_particles )
             directory.writeParticles(
                 simulation->steps(), simulation->time(),
@@ -325,6 +327,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     auto keep = [&]
     {
         Profile::Phase phase( "checkpoint" );
+        const Traffic::Timer activity( Activity::output );
         facts.wall_seconds = seconds_before + timer.seconds();
         facts.particle_updates = progress.updates();
         Archive archive;
@@ -338,6 +341,7 @@ ExitCode run( const Json& input, const RunOptions& options )
         kept = simulation->steps();
         requests.checkpointed();
     };
+    Traffic::start();
     requests.start( simulation->time() );
     std::int64_t outputs = nextOutput( simulation->time(), every );
     try

@@ -97,6 +97,25 @@ class RanksTest(unittest.TestCase):
 
         self.assertAnswer(self.start(*run), IO_FAILURE, "holds another run")
 
+    def test_messages_are_counted(self):
+        # Seven exchanges a step (docs/ranks.md) over the one cut, each way.
+        told = []
+        for steps in (2, 5):
+            self.assertAnswer(
+                self.start("run", SOD, "--max-steps", steps, "--output",
+                           self.output, "--overwrite"), FINISHED, "output: ")
+            summary = json.loads((self.output / "summary.json").read_text())
+            told.append(summary["communication"])
+        few, many = [t["halo_messages"] for t in told]
+        self.assertEqual(many["sum"] - few["sum"], 2 * 7 * 3)
+        self.assertEqual(many["sum"], 2 * many["largest"])
+        few, many = [t["halo_bytes"] for t in told]
+        self.assertGreater(many["sum"], few["sum"])
+        self.assertEqual(told[1]["gpu_aware"], False)
+        for seconds in told[1]["seconds"].values():
+            self.assertLessEqual(seconds["largest"], seconds["sum"])
+            self.assertLessEqual(seconds["sum"], 2 * seconds["largest"])
+
     def test_wrong_input(self):
         for arguments, message in [
                 (["run", self.output], "cannot be read"),

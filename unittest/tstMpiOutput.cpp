@@ -113,36 +113,44 @@ TEST_F( MpiOutput, RowsOfAllRanksMakeOneArray )
     const std::vector<unsigned char> text = { 'g', 'a', 's' };
 
     std::vector<std::uintmax_t> sizes;
-    for ( const int compression : { 0, 4 } )
-    {
-        const auto file = _scratch / "rows.h5";
-        auto datasets = stackRows(
-            _ranks, { { "position", { n, 2 }, position.data() },
-                      { "id", { n }, id.data(), datasetType<std::int64_t>() },
-                      { "none", { 0 } } } );
-        datasets.push_back(
-            { "a/text", { 3 }, text.data(), datasetType<unsigned char>() } );
-        writeHdf5( _ranks, file, { { "time", {}, &time } }, datasets,
-                   compression );
+    for ( const auto small : { std::size_t( 0 ), small_file } )
+        for ( const int compression : { 0, 4 } )
+        {
+            const auto file = _scratch / "rows.h5";
+            auto datasets = stackRows(
+                _ranks,
+                { { "position", { n, 2 }, position.data() },
+                  { "id", { n }, id.data(), datasetType<std::int64_t>() },
+                  { "none", { 0 } } } );
+            datasets.push_back( { "a/text",
+                                  { 3 },
+                                  text.data(),
+                                  datasetType<unsigned char>() } );
+            writeHdf5( _ranks, file, { { "time", {}, &time } }, datasets,
+                       compression, small );
 
-        const Hdf5Reader reader( file );
-        using Shape = std::vector<std::size_t>;
-        EXPECT_EQ( reader.shape( "position" ), ( Shape{ total, 2 } ) );
-        EXPECT_EQ( reader.shape( "none" ), Shape{ 0 } );
-        std::vector<double> positions( 2 * total );
-        std::iota( positions.begin(), positions.end(), 0.0 );
-        EXPECT_EQ( reader.read<double>( "position" ), positions );
-        EXPECT_EQ( reader.read<double>( "position", { before, 0 }, { n, 2 } ),
-                   position );
-        std::vector<std::int64_t> ids( total );
-        std::iota( ids.begin(), ids.end(), 0 );
-        EXPECT_EQ( reader.read<std::int64_t>( "id" ), ids );
-        EXPECT_EQ( reader.read<unsigned char>( "a/text" ), text );
-        EXPECT_EQ( reader.attribute<double>( "time" ), std::vector{ time } );
-        EXPECT_EQ( tree(), std::set<std::string>{ "rows.h5" } );
-        sizes.push_back( fs::file_size( file ) );
-    }
-    EXPECT_LT( sizes[1], sizes[0] / 2 ); // numbers in order compress well
+            const Hdf5Reader reader( file );
+            using Shape = std::vector<std::size_t>;
+            EXPECT_EQ( reader.shape( "position" ), ( Shape{ total, 2 } ) );
+            EXPECT_EQ( reader.shape( "none" ), Shape{ 0 } );
+            std::vector<double> positions( 2 * total );
+            std::iota( positions.begin(), positions.end(), 0.0 );
+            EXPECT_EQ( reader.read<double>( "position" ), positions );
+            EXPECT_EQ(
+                reader.read<double>( "position", { before, 0 }, { n, 2 } ),
+                position );
+            std::vector<std::int64_t> ids( total );
+            std::iota( ids.begin(), ids.end(), 0 );
+            EXPECT_EQ( reader.read<std::int64_t>( "id" ), ids );
+            EXPECT_EQ( reader.read<unsigned char>( "a/text" ), text );
+            EXPECT_EQ( reader.attribute<double>( "time" ),
+                       std::vector{ time } );
+            EXPECT_EQ( tree(), std::set<std::string>{ "rows.h5" } );
+            sizes.push_back( fs::file_size( file ) );
+        }
+    // Numbers in order compress well, whoever writes them.
+    EXPECT_LT( sizes[1], sizes[0] / 2 );
+    EXPECT_LT( sizes[3], sizes[2] / 2 );
 }
 
 TEST_F( MpiOutput, BlocksOfAGridMakeOneArray )
@@ -171,6 +179,11 @@ TEST_F( MpiOutput, BlocksOfAGridMakeOneArray )
         Dataset velocity{ "velocity", { y1 - y0, x1 - x0, 2 }, block.data() };
         velocity.global_shape = { ny, nx, 2 };
         velocity.start = { y0, x0, 0 };
+        const auto together = _scratch / "together.h5";
+        writeHdf5( _ranks, together, {}, { velocity }, compression, 0 );
+        EXPECT_EQ( Hdf5Reader( together ).read<double>( "velocity" ), whole );
+        _ranks.any( false ); // all have read it
+        onRoot( _ranks, [&] { removeFile( together ); } );
         output.writeGrid( 3, 0.5, { 0, 0 }, { 1, 1 }, { velocity } );
         const Hdf5Reader reader( _scratch / "grid" / "00000003.h5" );
         EXPECT_EQ( reader.read<double>( "velocity" ), whole );
@@ -293,28 +306,34 @@ TEST_F( MpiOutput, AFullDiskIsAnErrorEverywhereAndLeavesNoTrace )
 {
     // No file may grow further: for the code that writes, a full disk.
     const std::vector<double> values( 100000, 1.0 );
+    std::size_t small = 0;
     const auto write = [&]
     {
-        writeHdf5(
-            _ranks, _scratch / "a.h5", {},
-            stackRows( _ranks, { { "a", { 100000 }, values.data() } } ) );
+        writeHdf5( _ranks, _scratch / "a.h5", {},
+                   stackRows( _ranks, { { "a", { 100000 }, values.data() } } ),
+                   0, small );
     };
-    rlimit former;
-    ::getrlimit( RLIMIT_FSIZE, &former );
-    const auto handler = std::signal( SIGXFSZ, SIG_IGN );
-    const rlimit limit = { 5000, former.rlim_max };
-    ::setrlimit( RLIMIT_FSIZE, &limit );
-    const auto message = messageOf( write );
-    ::setrlimit( RLIMIT_FSIZE, &former );
-    std::signal( SIGXFSZ, handler );
-    EXPECT_NE( message.find( "a.h5: cannot write the file: " +
-                             std::string( std::strerror( EFBIG ) ) ),
-               std::string::npos )
-        << message;
-    EXPECT_EQ( tree(), std::set<std::string>{} );
+    for ( const auto bytes : { std::size_t( 0 ), small_file } )
+    {
+        small = bytes;
+        rlimit former;
+        ::getrlimit( RLIMIT_FSIZE, &former );
+        const auto handler = std::signal( SIGXFSZ, SIG_IGN );
+        const rlimit limit = { 5000, former.rlim_max };
+        ::setrlimit( RLIMIT_FSIZE, &limit );
+        const auto message = messageOf( write );
+        ::setrlimit( RLIMIT_FSIZE, &former );
+        std::signal( SIGXFSZ, handler );
+        EXPECT_NE( message.find( "a.h5: cannot write the file: " +
+                                 std::string( std::strerror( EFBIG ) ) ),
+                   std::string::npos )
+            << message;
+        EXPECT_EQ( tree(), std::set<std::string>{} );
 
-    write();
-    EXPECT_EQ( tree(), std::set<std::string>{ "a.h5" } );
+        write();
+        EXPECT_EQ( tree(), std::set<std::string>{ "a.h5" } );
+        onRoot( _ranks, [&] { removeFile( _scratch / "a.h5" ); } );
+    }
 }
 
 TEST_F( MpiOutput, AReaderNamesWhatItLacks )

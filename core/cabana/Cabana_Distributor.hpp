@@ -94,7 +94,7 @@ class Distributor
 
 /*!
   \brief Sends the elements of `src` as planned and puts what arrives into
-  `dst`. Collective.
+  `dst`. Collective. MPI must reach the memory of the plan.
   \param dst of size totalNumImport \throws std::runtime_error of another
 */
 template <class MemorySpace, class AoSoA_t>
@@ -126,10 +126,6 @@ void migrate( const Distributor<MemorySpace>& distributor, const AoSoA_t& src,
         } );
     Space().fence( "Cabana: packed" );
 
-    // MPI sees the host's memory: it may know no other.
-    const auto out_host =
-        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), out );
-    const auto in_host = Kokkos::create_mirror_view( Kokkos::HostSpace(), in );
     MPI_Datatype element;
     MPI_Type_contiguous( sizeof( tuple_type ), MPI_BYTE, &element );
     MPI_Type_commit( &element );
@@ -140,9 +136,8 @@ void migrate( const Distributor<MemorySpace>& distributor, const AoSoA_t& src,
         if ( const int n = distributor.numImport()[rank]; n > 0 )
         {
             requests.emplace_back();
-            MPI_Irecv( in_host.data() + first, n, element,
-                       static_cast<int>( rank ), tag, distributor.comm(),
-                       &requests.back() );
+            MPI_Irecv( in.data() + first, n, element, static_cast<int>( rank ),
+                       tag, distributor.comm(), &requests.back() );
             first += n;
         }
     first = 0;
@@ -150,15 +145,13 @@ void migrate( const Distributor<MemorySpace>& distributor, const AoSoA_t& src,
         if ( const int n = distributor.numExport()[rank]; n > 0 )
         {
             requests.emplace_back();
-            MPI_Isend( out_host.data() + first, n, element,
-                       static_cast<int>( rank ), tag, distributor.comm(),
-                       &requests.back() );
+            MPI_Isend( out.data() + first, n, element, static_cast<int>( rank ),
+                       tag, distributor.comm(), &requests.back() );
             first += n;
         }
     MPI_Waitall( static_cast<int>( requests.size() ), requests.data(),
                  MPI_STATUSES_IGNORE );
     MPI_Type_free( &element );
-    Kokkos::deep_copy( in, in_host );
 
     Kokkos::parallel_for(
         "Cabana::unpack", Kokkos::RangePolicy<Space>( 0, received ),

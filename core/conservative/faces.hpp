@@ -238,7 +238,8 @@ void limitFaces( const State<Dim>& state, const NodeView& faces )
   \param[out] state.rates
 */
 template <class Basis, bool Limited, int Dim>
-void gatherRates( const State<Dim>& state, const NodeView& faces )
+void gatherRates( const State<Dim>& state, const NodeView& faces,
+                  const Part& part = {} )
 {
     const auto x = state.particles.template slice<Position>();
     const auto C = state.particles.template slice<VelocityGradient>();
@@ -253,6 +254,8 @@ void gatherRates( const State<Dim>& state, const NodeView& faces )
     Kokkos::parallel_for(
         "Machpoint::gatherRates", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
+            if ( !part.contains( p ) )
+                return;
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             Real D = 0;
             Real normalised = 0;

@@ -121,11 +121,12 @@ KOKKOS_INLINE_FUNCTION Real relaxationRate( const Real excess,
   velocity of motion loses ks c clip(g, -.5, .5) with g = h grad theta. Uniform
   motion knows neither.
   \param drift of the integrator midpoint, else null
+  \param part of the particles
 */
 template <class Basis, bool Rearranges, int Dim>
 void gatherParticles( const State<Dim>& state, const NodeView& faces,
                       const ConservativeParts& parts,
-                      Sidecar<DriftMembers<Dim>>* drift )
+                      Sidecar<DriftMembers<Dim>>* drift, const Part& part )
 {
     using drift_type = typename Sidecar<DriftMembers<Dim>>::aosoa_type;
     const auto drifted = drift ? drift->data() : drift_type( "none" );
@@ -153,6 +154,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     Kokkos::parallel_for(
         "Machpoint::gatherParticles", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
+            if ( !part.contains( p ) )
+                return;
             const Vector<Dim> old_x = get<Dim>( x, p );
             const Vector<Dim> old_v = get<Dim>( v, p );
             Vector<Dim> affine[Dim];
@@ -161,7 +164,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             Gathered<Basis, Dim> g;
             g.template gather<Rearranges>( grid, layout, s, moments, velocities,
                                            faces, old_v, affine );
-            const Real part = midpoint ? 0.5 : 1.0;
+            const Real ahead = midpoint ? 0.5 : 1.0;
             for ( int a = 0; a < Dim; ++a )
             {
                 const Real new_v = old_v[a] + g.change[a];
@@ -169,7 +172,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 if ( Rearranges )
                     speed -=
                         ks * c( p ) * Kokkos::clamp( g.crowding[a], -0.5, 0.5 );
-                x( p, a ) = old_x[a] + part * dt * speed;
+                x( p, a ) = old_x[a] + ahead * dt * speed;
                 v( p, a ) = new_v;
                 if ( midpoint )
                     extra( p, a ) = speed - new_v;

@@ -1,0 +1,152 @@
+"""Strong and weak scaling over ranks, and what limits it.
+
+Usage: python3 benchmarks/scaling [--machpoint PATH] [--fast] [--docs]
+           [--repeats NUMBER] [--mpiexec COMMAND] [--triad PATH] [--output DIR]
+
+Runs scenes on 1, 2 and 4 ranks of one thread each, in turn, so that a drift of the
+machine meets all alike; prints medians and writes DIR/results.json. Beside them
+stand what the machine itself allows in the same session (memory bandwidth of one
+process and of two, two runs that know nothing of each other), what wider B-splines
+cost in messages, and a model of the costs. --docs writes docs/scaling.md too. A
+case that the build lacks (dimension, basis) is left out, and named. On a machine
+with other work going on, figures mean little. Exit code: 0.
+"""
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import model
+import report
+from case import ROOT, Bench, Case, summarise
+
+
+def cases(fast):
+    """{topic: [cases]}; a case may serve several topics."""
+    flat, solid, steps = ((32, 8, 3) if fast else (128, 16, 30))
+    vortex, sedov, cylinder = ("isentropic_vortex", "sedov_3d",
+                               "cylinder_mach3")
+    wide = 60 if fast else 200
+    cube = 12 if fast else 24
+
+    def made(scene, cells, ranks, **more):
+        return Case(scene, tuple(cells), ranks, steps, **more)
+
+    box = (flat, flat)
+    block = (cube, cube, cube)
+    topics = {
+        "strong": [made(vortex, box, r) for r in (1, 2, 4)] +
+                  [made(cylinder, (wide, wide // 2), r) for r in (1, 2, 4)] +
+                  [made(sedov, block, r) for r in (1, 2, 4)],
+        "weak": [made(vortex, cells, r) for r, cells in
+                 ((1, box), (2, (flat, 2 * flat)), (4, (2 * flat, 2 * flat)))] +
+                [made(sedov, cells, r) for r, cells in
+                 ((1, block), (2, (cube, cube, 2 * cube)),
+                  (4, (cube, 2 * cube, 2 * cube)))],
+        "apart": [made(vortex, box, 1, copies=2),
+                  made(sedov, block, 1, copies=2)],
+        "stencil": [made(vortex, box, 2, method=method, basis=basis)
+                    for method in ("apic", "conservative")
+                    for basis in ("linear", "quadratic", "cubic")],
+    }
+    # For the model alone: other ratios of surface to volume.
+    half = flat // 2
+    topics["surface"] = [
+        made(vortex, (half, half), 2), made(vortex, (half, flat), 2),
+        made(vortex, (half, half), 4), made(vortex, (flat, half), 4),
+        made(sedov, (solid, solid, solid), 2),
+        made(sedov, (solid, solid, cube), 2),
+        made(sedov, (solid, solid, solid), 4)]
+    return topics
+
+
+def bandwidth(triad, copies, seconds):
+    """Bytes per second of each of some processes at once."""
+    started = [subprocess.Popen([str(triad), str(seconds)],
+                                stdout=subprocess.PIPE, text=True)
+               for _ in range(copies)]
+    return [float(process.communicate()[0]) for process in started]
+
+
+def show(name, f):
+    parts = ", ".join(f"{key} {1e3 * value:.2f}"
+                      for key, value in f["seconds"].items())
+    low, high = f["step_range"]
+    print(f"{name:<62} {1e3 * f['step']:8.2f} ms/step "
+          f"({1e3 * low:.2f} to {1e3 * high:.2f}): {parts}", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--machpoint", metavar="PATH",
+                        default=ROOT / "build/openmp/machpoint")
+    parser.add_argument("--triad", metavar="PATH",
+                        help="machpoint_triad; default: beside machpoint")
+    parser.add_argument("--mpiexec", metavar="COMMAND", default="mpirun")
+    parser.add_argument("--output", metavar="DIR", default="out/scaling")
+    parser.add_argument("--repeats", type=int, metavar="NUMBER")
+    parser.add_argument("--fast", action="store_true",
+                        help="small scenes, two repeats: does it work?")
+    parser.add_argument("--docs", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.docs and arguments.fast:
+        parser.error("--docs is of the full size")
+    repeats = arguments.repeats or (2 if arguments.fast else 5)
+    triad = pathlib.Path(arguments.triad or
+                         pathlib.Path(arguments.machpoint).parent /
+                         "machpoint_triad")
+    if not triad.exists():
+        parser.error(f"{triad} is missing: build the target machpoint_triad, "
+                     "or name it with --triad")
+
+    bench = Bench(arguments.machpoint, arguments.mpiexec, arguments.output)
+    topics = cases(arguments.fast)
+    every = list(dict.fromkeys(c for some in topics.values() for c in some))
+    runs = {case: [] for case in every}
+    rates = {1: [], 2: []}
+    for _ in range(repeats):
+        for copies, found in rates.items():
+            found.append(bandwidth(triad, copies,
+                                   0.2 if arguments.fast else 1.5))
+        for case in every:
+            figures = bench.run(case)
+            if figures:
+                runs[case].append(figures)
+    results = {case: summarise(found) for case, found in runs.items() if found}
+    for case, figures in results.items():
+        show(case.name, figures)
+    for name, reason in bench.lacking.items():
+        print(f"{name}: left out: {reason}")
+    fits = {}
+    for dim in (2, 3):
+        of_model = [(case, results[case]) for topic in ("strong", "weak",
+                                                        "surface")
+                    for case in topics[topic]
+                    if case in results and len(case.cells) == dim
+                    and case.scene != "cylinder_mach3"]
+        if any(case.ranks > 1 for case, _ in of_model):
+            fits[dim] = model.fit(dict(of_model).items(), dim)
+    memory = {copies: sorted(sum(rate) for rate in found)[len(found) // 2]
+              for copies, found in rates.items()}
+    for copies, rate in memory.items():
+        print(f"memory bandwidth, {copies} at once: {rate / 1e9:.2f} GB/s")
+    for dim, fitted in fits.items():
+        print(f"model, {dim}D: {fitted}")
+
+    output = pathlib.Path(arguments.output)
+    output.mkdir(parents=True, exist_ok=True)
+    (output / "results.json").write_text(json.dumps({
+        "cores": os.cpu_count(), "repeats": repeats,
+        "cases": {case.name: figures for case, figures in results.items()},
+        "commands": bench.commands, "left_out": bench.lacking,
+        "memory_bandwidth": memory, "model": fits}, indent=2) + "\n")
+    if arguments.docs:
+        (ROOT / "docs" / "scaling.md").write_text(report.write(
+            topics, results, bench, memory, fits, repeats))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,150 @@
+"""What is measured: a scene on some ranks, or several copies of it at once."""
+import dataclasses
+import json
+import math
+import os
+import pathlib
+import shlex
+import shutil
+import statistics
+import subprocess
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A scene at a size.
+
+    cells: [Dim], with the spacing of the input; copies: runs on one rank each,
+    started at once and without a word between them.
+    """
+
+    scene: str
+    cells: tuple
+    ranks: int
+    steps: int
+    copies: int = 1
+    method: str = "conservative"
+    basis: str = "quadratic"
+
+    @property
+    def name(self):
+        words = [self.scene, "x".join(map(str, self.cells)), self.method,
+                 self.basis, f"{self.ranks}_ranks"]
+        if self.copies > 1:
+            words.append(f"{self.copies}_copies")
+        return "-".join(words)
+
+    def settings(self):
+        """Overrides of the input: size and method, and one output, at the
+        end."""
+        scene = json.loads((ROOT / "input" / f"{self.scene}.json").read_text())
+        grid = scene["grid"]
+        lower, spacing = grid["lower"], [
+            (u - l) / c for l, u, c in
+            zip(grid["lower"], grid["upper"], grid["cells"])]
+        upper = [l + n * h for l, n, h in zip(lower, self.cells, spacing)]
+        keys = {"grid.cells": list(self.cells), "grid.upper": upper,
+                "method.name": self.method, "method.basis": self.basis,
+                "output.every": scene["time"]["end"]}
+        return keys
+
+
+class Bench:
+    """Runs cases in turn, and keeps what they tell of themselves."""
+
+    def __init__(self, machpoint, mpiexec, output):
+        self.machpoint = pathlib.Path(machpoint).resolve()
+        self.mpiexec = shlex.split(mpiexec)
+        self.output = pathlib.Path(output)
+        self.commands = {}
+        self.lacking = {}
+
+    def _start(self, case, number):
+        directory = self.output / f"{case.name}-{number}"
+        words = []
+        for path, value in case.settings().items():
+            words += ["--set", f"{path}={json.dumps(value)}"]
+        command = [*self.mpiexec, "-n", str(case.ranks), str(self.machpoint),
+                   "run", str(ROOT / "input" / f"{case.scene}.json"), *words,
+                   "--max-steps", str(case.steps), "--quiet", "--overwrite",
+                   "--output", str(directory)]
+        self.commands[case.name] = shlex.join(
+            ["mpirun", "-n", str(case.ranks), "machpoint", "run",
+             f"input/{case.scene}.json", *words, "--max-steps",
+             str(case.steps)])
+        environment = dict(
+            os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false",
+            OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
+            OMPI_MCA_rmaps_base_oversubscribe="1",
+            OMPI_MCA_hwloc_base_binding_policy="none")
+        return directory, subprocess.Popen(
+            command, env=environment, stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def run(self, case):
+        """Figures of one run, per step; None if the build lacks the case."""
+        if case.name in self.lacking:
+            return None
+        started = [self._start(case, k) for k in range(case.copies)]
+        figures = []
+        for directory, process in started:
+            text = process.communicate()[0]
+            if process.returncode == 2 and "this build" in text:
+                self.lacking[case.name] = next(
+                    line for line in text.splitlines() if "this build" in line)
+            elif process.returncode != 0:
+                raise SystemExit(
+                    f"exit code {process.returncode}: "
+                    f"{self.commands[case.name]}\n{text}")
+            else:
+                figures.append(read(directory))
+            shutil.rmtree(directory, ignore_errors=True)
+        if case.name in self.lacking:
+            return None
+        # Copies share the machine: the last one ends the measurement.
+        slowest = max(figures, key=lambda f: f["step"])
+        slowest["updates"] = sum(f["updates"] for f in figures)
+        return slowest
+
+
+def read(directory):
+    """What summary.json tells, per step: seconds of each activity are the mean
+    over ranks, so that they sum to the step's."""
+    summary = json.loads((directory / "summary.json").read_text())
+    steps, ranks = summary["steps"], summary["ranks"]
+    told = summary["communication"]
+    seconds = {name: told["seconds"][name]["sum"] / ranks / steps
+               for name in ACTIVITIES}
+    step = sum(seconds.values())
+    counts = {name: told[name]["largest"] / steps
+              for name in ["halo_bytes", "halo_messages",
+                           "migrated_particles", "migrated_bytes"]}
+    return {
+        "step": step,
+        "updates": summary["particles_initial"] / step,
+        "seconds": seconds,
+        "slowest_compute": told["seconds"]["compute"]["largest"] / steps,
+        "output": told["seconds"]["output"]["largest"],
+        "collectives": told["collectives"] / steps,
+        "particles": summary["particles_initial"],
+        **counts,
+    }
+
+
+def median(runs):
+    """Median of every figure over runs of one case, and the extremes of the
+    step."""
+    if not runs or isinstance(runs[0], (int, float)):
+        return statistics.median(runs) if runs else math.nan
+    return {key: median([run[key] for run in runs]) for key in runs[0]}
+
+
+def summarise(runs):
+    found = median(runs)
+    found["step_range"] = [min(r["step"] for r in runs),
+                           max(r["step"] for r in runs)]
+    found["runs"] = len(runs)
+    return found

@@ -1,0 +1,88 @@
+"""benchmarks/scaling: its model of the cost, and that it measures and reports.
+
+The executable comes from MACHPOINT_EXECUTABLE, the launcher from
+MACHPOINT_MPIEXEC.
+"""
+
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent /
+                       "benchmarks" / "scaling"))
+
+import case
+import model
+import report
+
+
+class ModelTest(unittest.TestCase):
+
+    def test_boxes_have_the_least_surface(self):
+        self.assertEqual(model.boxes((400, 200), 2), (2, 1))
+        self.assertEqual(model.boxes((64, 64), 2), (1, 2))
+        self.assertEqual(model.boxes((24, 24, 24), 2), (1, 1, 2))
+
+    def test_the_surface_of_cuts(self):
+        self.assertEqual(model.cut_surface((64, 64), (1, 2), True), (128, 2))
+        self.assertEqual(model.cut_surface((64, 64), (1, 2), False), (64, 1))
+        self.assertEqual(model.cut_surface((8, 6, 9), (1, 2, 3), False),
+                         (8 * 3 + 2 * 8 * 3, 3))
+
+    def test_a_machine_without_latency_and_of_any_bandwidth_is_perfect(self):
+        fitted = {"dimension": 2, "seconds_per_particle": 1e-6,
+                  "halo_bytes": 600, "migrated_bytes": 100, "messages": 7,
+                  "collectives": 6}
+
+        def efficiency(side, latency, bandwidth):
+            return model.efficiency(model.predict(
+                fitted, 4, side, 64, latency, bandwidth))
+        self.assertAlmostEqual(efficiency(32, 0, 1e30), 1)
+        # The latency of a step: 28 messages, 4 of migration, 6 calls of 6
+        # stages; half the step if the 4096 particles take as long.
+        self.assertAlmostEqual(efficiency(32, 4096e-6 / 68, 1e30), 0.5)
+        # Surface over volume: twice as large boxes need half the bandwidth.
+        self.assertAlmostEqual(efficiency(32, 0, 2e9), efficiency(64, 0, 1e9))
+
+
+class BenchTest(unittest.TestCase):
+
+    def test_runs_are_measured_and_reported(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        bench = case.Bench(os.environ["MACHPOINT_EXECUTABLE"],
+                           os.environ["MACHPOINT_MPIEXEC"], scratch.name)
+        scene = "isentropic_vortex"
+        cases = [case.Case(scene, cells, ranks, 3, copies)
+                 for cells, ranks, copies in [
+                     ((24, 24), 1, 1), ((24, 24), 2, 1), ((24, 24), 1, 2),
+                     ((48, 24), 2, 1), ((24, 48), 2, 1)]]
+        results = {c: case.summarise([bench.run(c)]) for c in cases}
+        one, two, apart, tall, wide = results.values()
+        self.assertEqual(one["halo_bytes"], 0)
+        self.assertEqual(apart["collectives"], 0)
+        self.assertEqual(two["halo_messages"], 7 * 2)
+        # Cuts run across the longer axis: equally long ones cost the same.
+        self.assertEqual(tall["halo_messages"], wide["halo_messages"])
+        self.assertEqual(tall["halo_bytes"], wide["halo_bytes"])
+        self.assertEqual(tall["halo_bytes"], two["halo_bytes"])
+        self.assertAlmostEqual(sum(two["seconds"].values()), two["step"])
+        fitted = model.fit(results.items(), 2)
+        self.assertLess(fitted["halo_worst"], 1e-12)
+        self.assertEqual(fitted["messages"], 7)
+
+        topics = {"strong": cases[:2], "weak": cases[:1], "apart": [cases[2]],
+                  "stencil": [cases[1]]}
+        bench.lacking["a case"] = "no such basis"
+        text = report.write(topics, results, bench, {1: 5e9, 2: 8e9},
+                            {2: fitted}, 1)
+        for part in ["1.60", "8.00 GB/s",
+                     "prediction", "no such basis",
+                     bench.commands[cases[1].name]]:
+            self.assertIn(part, text)
+
+
+if __name__ == "__main__":
+    unittest.main()
