@@ -34,6 +34,12 @@ struct Totals
     Real energy() const { return internal + kinetic + affine; }
 };
 
+//! What crossed the edges of the domain on any rank; see Ledger.
+struct LedgerTotals
+{
+    Real mass_in = 0, mass_out = 0, energy_in = 0;
+};
+
 //! Extremes over all particles and steps so far.
 struct Extrema
 {
@@ -86,7 +92,7 @@ class Simulation
     virtual const Extrema& extrema() const = 0;
     //! Steps that were rejected and repeated with half the time step.
     virtual std::int64_t retries() const = 0;
-    virtual Ledger ledger() const = 0;
+    virtual LedgerTotals ledger() const = 0;
     virtual bool isOpen() const = 0;
     //! Is momentum along this axis free of walls and obstacles?
     virtual bool conservesMomentum( int axis ) const = 0;
