@@ -167,7 +167,7 @@ class Inflow : public SideBoundary<Dim>
                 id( p ) = pattern.id( k );
                 stream.impose( p, v, L, m, V, e );
             } );
-        state.ledger.mass_in += mass * count;
+        state.ledger.mass_in.add( mass, count );
     }
 
     //! The frozen gas upstream, cell by cell. Candidate k is particle

@@ -206,11 +206,11 @@ class Obstacle : public Module<Dim>
         const auto shape = _shape;
         const Real h = state.grid.minSpacing();
         const Real cell_volume = state.grid.cellVolume();
-        Real force = 0;
-        Real volume = 0;
+        ReproducibleSum force, volume;
         Kokkos::parallel_reduce(
             "Machpoint::pushOut", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p, Real& pV, Real& sum ) {
+            KOKKOS_LAMBDA( const int p, ReproducibleSum& pV,
+                           ReproducibleSum& sum ) {
                 Vector<Dim> y = get<Dim>( x, p );
                 Real distance = shape.distance( y );
                 if ( distance > h )
@@ -233,14 +233,15 @@ class Obstacle : public Module<Dim>
             force, volume );
         if ( _has_images )
             sumImpulses( state );
-        std::vector<Real> sums = { force, volume };
+        std::vector<ReproducibleSum> sums = { force, volume };
         for ( int d = 0; d < Dim; ++d )
             sums.push_back( _impulse.value[d] );
-        sums = state.decomposition.comm().sum( sums );
+        sums = sumOfRanks( state.decomposition.comm(), sums );
         std::vector<Real> row = { state.time + state.dt };
         for ( int d = 0; d < Dim; ++d )
-            row.push_back( sums[2 + d] / state.dt );
-        row.push_back( sums[1] > 0 ? sums[0] / sums[1] : 0 );
+            row.push_back( sums[2 + d].value() / state.dt );
+        const Real around = sums[1].value();
+        row.push_back( around > 0 ? sums[0].value() / around : 0 );
         _series.rows.push_back( std::move( row ) );
         _impulse = Impulse{};
         return 0;
@@ -271,7 +272,7 @@ class Obstacle : public Module<Dim>
     //! A vector that can be summed over nodes.
     struct Impulse
     {
-        Vector<Dim> value{};
+        ReproducibleSum value[Dim];
         KOKKOS_INLINE_FUNCTION Impulse& operator+=( const Impulse& other )
         {
             for ( int d = 0; d < Dim; ++d )

@@ -21,11 +21,11 @@ int markBeyond( State<Dim>& state, const SidePart<Dim>& part )
     const auto m = state.particles.template slice<Mass>();
     const auto id = state.particles.template slice<Id>();
     const auto grid = state.grid;
-    Real mass = 0;
+    ReproducibleSum mass;
     int count = 0;
     Kokkos::parallel_reduce(
         "Machpoint::outflow", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p, Real& mass_sum, int& marked ) {
+        KOKKOS_LAMBDA( const int p, ReproducibleSum& mass_sum, int& marked ) {
             const auto y = get<Dim>( x, p );
             // On the upper side itself is beyond: it has no cell.
             const Real depth = part.depth( grid, y );

@@ -152,9 +152,11 @@ struct Apic : MethodDefaults
 
     //! Lines 2 to 4.
     template <class Basis, int Dim>
-    static void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
+    static void particlesToGrid( State<Dim>& state )
     {
-        Machpoint::particlesToGrid<Basis, affine>( state, scatter );
+        state.nodes.moment_sum.deposit(
+            [&]( const auto& sums )
+            { Machpoint::particlesToGrid<Basis, affine>( state, sums ); } );
     }
 
     //! Lines 6 to 10: everything from the new node velocities to the new

@@ -61,14 +61,12 @@ struct Conservative : MethodDefaults
     {
         ConservativeParts parts;
         NodeView faces;
-        NodeView stress;
-        NodeScatter stress_scatter;
+        NodeSum stress;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
         //! \name Scratch of heat mixing and pressure relaxation
         //! @{
-        NodeView means, sums;
-        NodeScatter means_scatter, sums_scatter;
+        NodeSum means, sums;
         //! @}
 
         Storage( State<Dim>& state, const Json& input )
@@ -92,19 +90,12 @@ struct Conservative : MethodDefaults
             const int total = state.layout.total;
             faces = NodeView( "Machpoint::faces", total, 3 * Dim );
             stress =
-                NodeView( "Machpoint::stress", total,
-                          Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) );
-            stress_scatter = makeScatter( stress );
+                makeNodeSum( "Machpoint::stress", state,
+                             Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) );
             if ( parts.pressure_relaxation > 0 )
-            {
-                means = NodeView( "Machpoint::means", total, 3 );
-                means_scatter = makeScatter( means );
-            }
+                means = makeNodeSum( "Machpoint::means", state, 3 );
             if ( parts.pressure_relaxation > 0 || parts.heat_mixing > 0 )
-            {
-                sums = NodeView( "Machpoint::sums", total, 2 );
-                sums_scatter = makeScatter( sums );
-            }
+                sums = makeNodeSum( "Machpoint::sums", state, 2 );
         }
     };
 
@@ -118,15 +109,13 @@ struct Conservative : MethodDefaults
         {
             const Profile::Effect effect( "pressure relaxation" );
             gas.particleState( state );
-            Impl::relaxPressure<Basis, Dim>(
-                state, storage.means, storage.sums, storage.means_scatter,
-                storage.sums_scatter, parts.pressure_relaxation );
+            Impl::relaxPressure<Basis, Dim>( state, storage.means, storage.sums,
+                                             parts.pressure_relaxation );
         }
         if ( parts.heat_mixing > 0 )
         {
             const Profile::Effect effect( "heat mixing" );
-            Impl::mixHeat<Basis, Dim>(
-                state, storage.sums, storage.sums_scatter, parts.heat_mixing );
+            Impl::mixHeat<Basis, Dim>( state, storage.sums, parts.heat_mixing );
         }
         if ( parts.merge_volume > 0 && state.step % merge_every == 0 )
         {
@@ -152,9 +141,11 @@ struct Conservative : MethodDefaults
 
     //! Sections 1 and 2: mass, momentum and volume.
     template <class Basis, int Dim>
-    static void particlesToGrid( State<Dim>& state, NodeScatter& scatter )
+    static void particlesToGrid( State<Dim>& state )
     {
-        Impl::depositParticles<Basis, Dim>( state, scatter );
+        state.nodes.moment_sum.deposit(
+            [&]( const auto& sums )
+            { Impl::depositParticles<Basis>( state, sums ); } );
     }
 
     //! Sections 3 and 4: viscosity, pressure on faces, force.
@@ -184,15 +175,16 @@ struct Conservative : MethodDefaults
         viscosity();
         if ( parts.midpoint )
             gas.advancePressure( state, 0.5 * state.dt );
-        Impl::depositStress<Basis>( state, storage.stress,
-                                    storage.stress_scatter,
-                                    parts.blend_in_compression );
-        if ( parts.blend_in_compression > 0 )
-            state.halo.fold( storage.stress, stressComponents<Dim>() );
+        auto& stress = storage.stress;
+        const Real kb = parts.blend_in_compression;
+        stress.deposit( [&]( const auto& sums )
+                        { Impl::depositStress<Basis>( state, kb, sums ); } );
+        if ( kb > 0 )
+            stress.fold( state.halo, stressComponents<Dim>() );
         else
-            state.halo.fold( storage.stress, faceComponents<Dim>() );
-        state.halo.fill( storage.stress, faceComponents<Dim>() );
-        Impl::pressureForce( state, faces, storage.stress, parts.blend );
+            stress.fold( state.halo, faceComponents<Dim>() );
+        state.halo.fill( stress.field(), faceComponents<Dim>() );
+        Impl::pressureForce( state, faces, stress.field(), parts.blend );
     }
 
     //! Sections 5 to 7.

@@ -46,19 +46,15 @@ void updateParticleVelocity( const State<Dim>& state )
 }
 
 //! Line 7: the momentum of the updated particles, (mv)_i = sum m w v.
-//! \param[out] momentum [nodes][Dim], halo not yet folded
-template <class Basis, int Dim>
-void momentumToGrid( const State<Dim>& state, NodeView& momentum,
-                     NodeScatter& scatter )
+//! \param sums the scatter of a field [nodes][Dim]
+template <class Basis, int Dim, class Sums>
+void momentumToGrid( const State<Dim>& state, const Sums& sums )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto m = state.particles.template slice<Mass>();
     const auto grid = state.grid;
     const auto layout = state.layout;
-    Kokkos::deep_copy( ExecutionSpace(), momentum, 0.0 );
-    scatter.reset_except( momentum );
-    const auto sums = scatter;
     Kokkos::parallel_for(
         "Machpoint::momentumToGrid", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
@@ -74,7 +70,6 @@ void momentumToGrid( const State<Dim>& state, NodeView& momentum,
                                                  mass * i.weight * u[d];
                                      } );
         } );
-    Kokkos::Experimental::contribute( momentum, scatter );
 }
 
 //! Line 8: momentum becomes velocity, in place. \param velocity [nodes][Dim]
@@ -155,22 +150,21 @@ struct Paper : MethodDefaults
     template <int Dim>
     struct Storage
     {
-        NodeView velocity;
-        NodeScatter scatter;
+        NodeSum velocity;
         Storage( const State<Dim>& state, const Json& ) { layOut( state ); }
         void layOut( const State<Dim>& state )
         {
-            velocity = NodeView( "Machpoint::secondVelocity",
-                                 state.layout.total, Dim );
-            scatter = makeScatter( velocity );
+            velocity = makeNodeSum( "Machpoint::secondVelocity", state, Dim );
         }
     };
 
     //! Lines 2 to 4.
     template <class Basis, int Dim>
-    static void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
+    static void particlesToGrid( State<Dim>& state )
     {
-        Machpoint::particlesToGrid<Basis, affine>( state, scatter );
+        state.nodes.moment_sum.deposit(
+            [&]( const auto& sums )
+            { Machpoint::particlesToGrid<Basis, affine>( state, sums ); } );
     }
 
     //! Lines 6 to 10. \param constrain applies boundaries (eq. 7) to a node
@@ -182,13 +176,15 @@ struct Paper : MethodDefaults
         const auto components = vectorComponents<Dim, 1>( Parity::velocity );
         state.halo.fill( state.nodes.velocities, velocityComponents<Dim>() );
         Impl::updateParticleVelocity<Basis, Dim>( state ); // 6
-        Impl::momentumToGrid<Basis, Dim>( state, second.velocity,
-                                          second.scatter ); // 7
-        state.halo.fold( second.velocity, components );
-        Impl::divideByMass<Dim>( state, second.velocity );      // 8
-        constrain( GridVelocity{ second.velocity, 0, false } ); // eq. 7
-        state.halo.fill( second.velocity, components );
-        Impl::updateParticles<Basis, Dim>( state, second.velocity ); // 9, 10
+        second.velocity.deposit(
+            [&]( const auto& sums )
+            { Impl::momentumToGrid<Basis>( state, sums ); } ); // 7
+        second.velocity.fold( state.halo, components );
+        const auto& velocity = second.velocity.field();
+        Impl::divideByMass<Dim>( state, velocity );      // 8
+        constrain( GridVelocity{ velocity, 0, false } ); // eq. 7
+        state.halo.fill( velocity, components );
+        Impl::updateParticles<Basis, Dim>( state, velocity ); // 9, 10
     }
 
     //! FLIP particles carry no affine kinetic energy.

@@ -8,11 +8,12 @@
 #define MACHPOINT_MODULE_HPP
 
 #include <core/archive.hpp>
-#include <core/halo.hpp>
 #include <core/images.hpp>
+#include <core/node_sum.hpp>
 #include <core/parameters.hpp>
 #include <core/particles.hpp>
 #include <core/placement.hpp>
+#include <core/reproducible_sum.hpp>
 
 #include <string>
 #include <vector>
@@ -24,9 +25,9 @@ namespace Machpoint
 //! many ranks, what this rank saw of it.
 struct Ledger
 {
-    Real mass_in = 0;   //!< mass that entered
-    Real mass_out = 0;  //!< mass that left
-    Real energy_in = 0; //!< work done on the gas by body forces and boundaries
+    ReproducibleSum mass_in;   //!< mass that entered
+    ReproducibleSum mass_out;  //!< mass that left
+    ReproducibleSum energy_in; //!< work done by body forces and boundaries
 };
 
 //! Node data of a step.
@@ -34,6 +35,7 @@ template <int Dim>
 struct Nodes
 {
     NodeView moments;    //!< mass, momentum [Dim], force [Dim], and more
+    NodeSum moment_sum;  //!< the sum that they are
     NodeView velocities; //!< v_i [Dim], v'_i [Dim], and more
 };
 
@@ -60,16 +62,26 @@ struct State
     Sidecar<RateMembers>* rates = nullptr;
     Ledger ledger;
     Placement placement = Placement::lattice;
-    int per_cell = 1;       //!< particles per cell
-    std::uint64_t seed = 1; //!< of all random draws
-    Real time = 0;          //!< at the start of the step
-    Real dt = 0;            //!< of the step, before it of the last one
-    Real cfl = 0;           //!< Courant number
-    std::int64_t step = 0;  //!< steps done
+    int per_cell = 1;          //!< particles per cell
+    std::uint64_t seed = 1;    //!< of all random draws
+    Real time = 0;             //!< at the start of the step
+    Real dt = 0;               //!< of the step, before it of the last one
+    Real cfl = 0;              //!< Courant number
+    bool reproducible = false; //!< sums have the same bits on any ranks
+    std::int64_t step = 0;     //!< steps done
     //! Next id of a particle that is made of another one; beyond all ids of
     //! initial states and inflows.
     std::int64_t next_id = std::int64_t( 1 ) << 60;
 };
+
+//! A field that particles add to. \param columns of it
+template <int Dim>
+NodeSum makeNodeSum( const std::string& label, const State<Dim>& state,
+                     const int columns )
+{
+    return { NodeView( label, state.layout.total, columns ),
+             state.decomposition.comm(), state.reproducible };
+}
 
 //! A velocity on the nodes, as a boundary sees it.
 struct GridVelocity
@@ -139,7 +151,9 @@ class Module
     virtual void mirrorParticles( State<Dim>& ) {}
     //! How far from its particle an image may be, length.
     virtual Real imageReach( const Grid<Dim>& ) const { return 0; }
-    //! Adds to the force on nodes before the halo is folded.
+    //! Keeps what it needs of state.nodes.moment_sum from before the fold.
+    virtual void keepDeposit( State<Dim>& ) {}
+    //! Adds to the force on nodes, walls and neighbours folded in.
     virtual void gridForce( State<Dim>& ) {}
     //! Adds a viscous pressure, from state.rates, to that of the particles.
     virtual void viscousPressure( State<Dim>& ) {}

@@ -88,6 +88,8 @@ std::vector<FieldError> measureErrors( const ParticleData& own,
                                        { "velocity" },
                                        { "pressure" },
                                        { "specific_internal_energy" } };
+    // |difference| and its square, times the measure, of each field.
+    std::vector<ReproducibleSum> sums( 2 * errors.size() );
     for ( std::size_t p = 0; p < n; ++p )
     {
         Vector<3> x{};
@@ -105,20 +107,19 @@ std::vector<FieldError> measureErrors( const ParticleData& own,
             std::abs( data.specific_internal_energy[p] - energy ) };
         for ( std::size_t f = 0; f < errors.size(); ++f )
         {
-            errors[f].L1 += measure[p] * difference[f];
-            errors[f].L2 += measure[p] * difference[f] * difference[f];
+            sums[2 * f] += measure[p] * difference[f];
+            sums[2 * f + 1] += measure[p] * difference[f] * difference[f];
             errors[f].Linf = std::max( errors[f].Linf, difference[f] );
         }
     }
-    for ( auto& error : errors )
+    if ( dim > 1 )
+        sums = sumOfRanks( ranks, sums );
+    for ( std::size_t f = 0; f < errors.size(); ++f )
     {
+        errors[f].L1 = sums[2 * f].value();
+        errors[f].L2 = std::sqrt( sums[2 * f + 1].value() );
         if ( dim > 1 )
-        {
-            error.L1 = ranks.sum( error.L1 );
-            error.L2 = ranks.sum( error.L2 );
-            error.Linf = ranks.max( error.Linf );
-        }
-        error.L2 = std::sqrt( error.L2 );
+            errors[f].Linf = ranks.max( errors[f].Linf );
     }
     return errors;
 }

@@ -6,39 +6,19 @@
 #ifndef MACHPOINT_SAMPLING_HPP
 #define MACHPOINT_SAMPLING_HPP
 
+#include <core/reproducible_sum.hpp>
 #include <core/simulation.hpp>
 #include <core/transfer.hpp>
 
 namespace Machpoint
 {
 
-//! A sum that keeps what rounding would lose (Neumaier 1974). Equal small terms
-//! on top of a large sum are all rounded the same way: a Sedov blast's cold gas
-//! alone would show an energy drift of 1e-12.
-struct AccurateSum
-{
-    Real sum = 0, lost = 0;
-
-    KOKKOS_INLINE_FUNCTION void operator+=( const Real term )
-    {
-        const Real total = sum + term;
-        lost += Kokkos::abs( sum ) >= Kokkos::abs( term )
-                    ? ( sum - total ) + term
-                    : ( term - total ) + sum;
-        sum = total;
-    }
-    KOKKOS_INLINE_FUNCTION void operator+=( const AccurateSum& other )
-    {
-        *this += other.sum;
-        lost += other.lost;
-    }
-    Real value() const { return sum + lost; }
-};
-
-//! Totals as a reduction over particles.
+//! Totals as a reduction over particles. Equal small terms on top of a large
+//! sum would all be rounded the same way: a Sedov blast's cold gas alone would
+//! show an energy drift of 1e-12.
 struct TotalsSum
 {
-    AccurateSum mass, momentum[3], internal, kinetic, affine;
+    ReproducibleSum mass, momentum[3], internal, kinetic, affine;
 
     KOKKOS_INLINE_FUNCTION TotalsSum& operator+=( const TotalsSum& other )
     {
@@ -136,14 +116,11 @@ ParticleData copyParticles( const State<Dim>& state )
     return data;
 }
 
-/*!
-  \brief Fields on this rank's nodes: density (sum m w) / (sum V w), velocity
-  and energy weighted by mass, pressure by volume. All 0 where there is no gas.
-*/
-template <class Basis, int Dim>
-GridData sampleGrid( const State<Dim>& state )
+//! Adds m, V, V p, m e and m v of all particles.
+//! \param sums the scatter of a field [nodes][4 + Dim]
+template <class Basis, int Dim, class Sums>
+void sampleParticles( const State<Dim>& state, const Sums& sums )
 {
-    constexpr int columns = 4 + Dim; // m, V, V p, m e, m v
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto m = state.particles.template slice<Mass>();
@@ -152,9 +129,6 @@ GridData sampleGrid( const State<Dim>& state )
     const auto pressure = state.particles.template slice<Pressure>();
     const auto grid = state.grid;
     const auto layout = state.layout;
-    NodeView field( "Machpoint::sample", layout.total, columns );
-    auto scatter = makeScatter( field );
-    const auto sums = scatter;
     Kokkos::parallel_for(
         "Machpoint::sampleGrid", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
@@ -175,15 +149,28 @@ GridData sampleGrid( const State<Dim>& state )
                                                  mw * v( p, d );
                                      } );
         } );
-    Kokkos::Experimental::contribute( field, scatter );
+}
+
+/*!
+  \brief Fields on this rank's nodes: density (sum m w) / (sum V w), velocity
+  and energy weighted by mass, pressure by volume. All 0 where there is no gas.
+*/
+template <class Basis, int Dim>
+GridData sampleGrid( const State<Dim>& state )
+{
+    constexpr int columns = 4 + Dim; // as in sampleParticles
+    const auto& layout = state.layout;
+    auto sample = makeNodeSum( "Machpoint::sample", state, columns );
+    sample.deposit( [&]( const auto& sums )
+                    { sampleParticles<Basis>( state, sums ); } );
     NodeComponents<columns> components{};
     for ( int d = 0; d < Dim; ++d )
         components[4 + d] = { Parity::velocity, d };
-    state.halo.fold( field, components );
-    state.halo.fill( field, components );
+    sample.fold( state.halo, components );
+    state.halo.fill( sample.field(), components );
 
-    const auto host =
-        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), field );
+    const auto host = Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                           sample.field() );
     GridData data;
     std::size_t total = 1;
     for ( int d = 0; d < Dim; ++d )
@@ -201,7 +188,7 @@ GridData sampleGrid( const State<Dim>& state )
           { &data.density, &data.pressure, &data.specific_internal_energy } )
         list->assign( total, 0 );
     data.velocity.assign( total * Dim, 0 );
-    const Real least = 1e-12 * grid.cellVolume();
+    const Real least = 1e-12 * state.grid.cellVolume();
     for ( std::size_t n = 0; n < total; ++n )
     {
         Indices<Dim> i{};

@@ -374,6 +374,7 @@ Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
                       : placement == "jittered" ? Placement::jittered
                                                 : Placement::random;
     state.cfl = input.at( "time" ).at( "cfl" );
+    state.reproducible = input.at( "reproducible" );
     makeModules( input.at( "physics" ), physicsModules<Dim>(), scene );
     makeModules( input.at( "boundary" ), boundaryModules<Dim>(), scene );
     // Bodies before sides: what a body pushes out of the box must still leave.

@@ -35,6 +35,12 @@ struct Totals
     Real energy() const { return internal + kinetic + affine; }
 };
 
+//! What crossed the edges of the domain on any rank; see Ledger.
+struct LedgerTotals
+{
+    Real mass_in = 0, mass_out = 0, energy_in = 0;
+};
+
 //! Extremes over all particles and steps so far.
 struct Extrema
 {
@@ -87,7 +93,7 @@ class Simulation
     virtual const Extrema& extrema() const = 0;
     //! Steps that were rejected and repeated with half the time step.
     virtual std::int64_t retries() const = 0;
-    virtual Ledger ledger() const = 0;
+    virtual LedgerTotals ledger() const = 0;
     //! How evenly the ranks share the work. Collective.
     virtual Imbalance imbalance() = 0;
     virtual bool isOpen() const = 0;

@@ -34,8 +34,7 @@ class Stepper : public Simulation
     explicit Stepper( const Json& input )
         : _scene( makeScene<Dim>(
               input, { Basis::centred, Basis::halo, Method::extra_halo } ) ),
-          _scatter( makeScatter( makeNodes() ) ),
-          _storage( _scene.state, input ),
+          _storage( makeNodes(), input ),
           _balancer( input.at( "decomposition" ).at( "balance" ) ),
           _sort_every( input.at( "particles" ).at( "sort_every" ) ),
           _most_retries( input.at( "time" ).at( "retries" ) )
@@ -91,12 +90,12 @@ class Stepper : public Simulation
     }
     const Extrema& extrema() const override { return _extrema; }
     std::int64_t retries() const override { return _retries; }
-    Ledger ledger() const override
+    LedgerTotals ledger() const override
     {
         const auto& own = _scene.state.ledger;
         const auto sums =
-            comm().sum( { own.mass_in, own.mass_out, own.energy_in } );
-        return { sums[0], sums[1], sums[2] };
+            sumOfRanks( comm(), { own.mass_in, own.mass_out, own.energy_in } );
+        return { sums[0].value(), sums[1].value(), sums[2].value() };
     }
     Imbalance imbalance() override
     {
@@ -160,7 +159,10 @@ class Stepper : public Simulation
             return;
         // What was recorded together is one rank's from here on, and rows go
         // to the ranks that now have their cells.
-        state.ledger = comm().isRoot() ? ledger : Ledger{};
+        state.ledger =
+            comm().isRoot()
+                ? Ledger{ ledger.mass_in, ledger.mass_out, ledger.energy_in }
+                : Ledger{};
         if ( comm().size() > 1 )
             layOut();
         migrate();
@@ -173,17 +175,17 @@ class Stepper : public Simulation
         return _scene.state.decomposition.comm();
     }
 
-    //! Allocates the node fields. \return those that particles add to
-    NodeView makeNodes()
+    //! The state, with its node fields allocated.
+    State<Dim>& makeNodes()
     {
         auto& state = _scene.state;
-        const int total = state.layout.total;
-        state.nodes.moments = NodeView( "Machpoint::moments", total,
-                                        Method::template moment_columns<Dim> );
+        state.nodes.moment_sum = makeNodeSum(
+            "Machpoint::moments", state, Method::template moment_columns<Dim> );
+        state.nodes.moments = state.nodes.moment_sum.field();
         state.nodes.velocities =
-            NodeView( "Machpoint::velocities", total,
+            NodeView( "Machpoint::velocities", state.layout.total,
                       Method::template velocity_columns<Dim> );
-        return state.nodes.moments;
+        return state;
     }
 
     //! Makes all that hangs on this rank's box, for the box that it has now.
@@ -192,8 +194,7 @@ class Stepper : public Simulation
         {
             Profile::Phase phase( "balance" );
             Machpoint::layOut( _scene );
-            _scatter = makeScatter( makeNodes() );
-            _storage.layOut( _scene.state );
+            _storage.layOut( makeNodes() );
         }
         each( "balance", &Module<Dim>::layOut );
     }
@@ -261,15 +262,16 @@ class Stepper : public Simulation
             Profile::Phase phase( "P2G" );
             if ( comm().size() > 1 )
                 markWaiting( state );
-            Method::template particlesToGrid<Basis>( state, _scatter ); // 2-4
+            Method::template particlesToGrid<Basis>( state ); // 2-4
         }
-        each( "grid force", &Module<Dim>::gridForce );
+        each( "grid force", &Module<Dim>::keepDeposit );
         {
             Profile::Phase phase( "grid" );
-            state.halo.fold( state.nodes.moments,
-                             Method::template momentComponents<Dim>() );
+            state.nodes.moment_sum.fold(
+                state.halo, Method::template momentComponents<Dim>() );
             gridVelocity( state );
         }
+        each( "grid force", &Module<Dim>::gridForce );
         // FLIP takes up only v' - v, so there v alone gives no impulse.
         constrain( { state.nodes.velocities, 0, Method::affine } ); // eq. 7
         {
@@ -484,7 +486,27 @@ class Stepper : public Simulation
         const auto keys = Kokkos::subview( _keys, Kokkos::make_pair( 0, n ) );
         const auto& box = state.layout.box;
         computeKeys( x, state.grid, box, keys );
-        state.particles.permute( Cabana::binByKey( keys, box.totalCells() ) );
+        const auto bins = Cabana::binByKey( keys, box.totalCells() );
+        state.particles.permute( bins );
+        if ( state.reproducible )
+            checkCrowding( mostInCell( bins ) );
+    }
+
+    //! \throws NumericalFailure where a node has more terms than a reproducible
+    //! sum holds; half of them are for images, and what comes before the next
+    //! sort
+    void checkCrowding( const int own_most ) const
+    {
+        int limit = 1 << ( RoundedTerms::log2_terms - 1 );
+        for ( int d = 0; d < Dim; ++d )
+            limit /= Basis::nodes;
+        const Real most = comm().max( static_cast<Real>( own_most ) );
+        if ( most > limit )
+            throw NumericalFailure( fmt::format(
+                "{} particles share a cell at step {}, and with reproducible "
+                "sums {} can: take fewer particles.per_cell, a larger "
+                "method.merge_volume, or reproducible false",
+                most, _scene.state.step, limit ) );
     }
 
   public:
@@ -502,9 +524,21 @@ class Stepper : public Simulation
             } );
     }
 
+    //! Most particles of a cell.
+    static int mostInCell( const ParticleBins& bins )
+    {
+        int most = 0;
+        Kokkos::parallel_reduce(
+            "Machpoint::mostInCell", Range( 0, bins.numBin() ),
+            KOKKOS_LAMBDA( const int c, int& max ) {
+                max = Kokkos::max( max, bins.binSize( c ) );
+            },
+            Kokkos::Max<int>( most ) );
+        return most;
+    }
+
   private:
     Scene<Dim> _scene;
-    NodeScatter _scatter;
     typename Method::template Storage<Dim> _storage;
     Balancer<Dim> _balancer;
     int _sort_every;

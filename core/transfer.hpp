@@ -9,22 +9,8 @@
 #include <core/basis.hpp>
 #include <core/module.hpp>
 
-#include <Kokkos_ScatterView.hpp>
-
 namespace Machpoint
 {
-
-//! Sums that many particles add to one node: duplicated per thread on OpenMP,
-//! atomic on CUDA, plain on Serial. Made once per simulation, since its
-//! copies of the grid are too large to allocate in every step.
-using NodeScatter = decltype( Kokkos::Experimental::create_scatter_view(
-    std::declval<NodeView>() ) );
-
-//! The scatter of a field, cleared.
-inline NodeScatter makeScatter( const NodeView& field )
-{
-    return Kokkos::Experimental::create_scatter_view( field );
-}
 
 //! Velocity of the affine field of particle p at x_p + dx.
 template <int Dim, class VelocitySlice, class GradientSlice>
@@ -59,10 +45,10 @@ velocityAt( const VelocitySlice& v, const GradientSlice& C, const int p,
   f_i = sum V p grad w.
 
   \tparam Affine does the momentum carry the affine velocity field?
-  \param[out] state.nodes.moments [nodes][1 + 2 Dim], halo not yet folded
+  \param sums the scatter of a field [nodes][1 + 2 Dim]
 */
-template <class Basis, bool Affine, int Dim>
-void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
+template <class Basis, bool Affine, int Dim, class Sums>
+void particlesToGrid( const State<Dim>& state, const Sums& sums )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
@@ -72,10 +58,6 @@ void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
     const auto pressure = state.particles.template slice<Pressure>();
     const auto grid = state.grid;
     const auto layout = state.layout;
-    auto moments = state.nodes.moments;
-    Kokkos::deep_copy( ExecutionSpace(), moments, 0.0 );
-    scatter.reset_except( moments );
-    const auto sums = scatter;
     Kokkos::parallel_for(
         "Machpoint::particlesToGrid", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
@@ -97,7 +79,6 @@ void particlesToGrid( const State<Dim>& state, NodeScatter& scatter )
                     }
                 } );
         } );
-    Kokkos::Experimental::contribute( moments, scatter );
 }
 
 /*!

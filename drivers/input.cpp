@@ -170,6 +170,9 @@ Parameters inputParameters( const int dimension )
         .optional();
     all.object( "decomposition", decomposition,
                 "which rank computes which part of the domain" );
+    all.boolean( "reproducible", "the same bits on any number of ranks and "
+                                 "threads, at a price (docs/ranks.md)" )
+        .defaultsTo( false );
     all.object( "output", output, "what is written" );
     all.object( "checkpoint", checkpoint, "what to restart from, and when" );
     return all;

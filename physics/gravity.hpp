@@ -11,8 +11,8 @@ namespace Machpoint
 {
 
 /*!
-  \brief Force m_i g on every node, before the halo is folded, so that walls
-  reflect it as they reflect pressure.
+  \brief Force m_i g on every node, with the mass folded as a force along g, so
+  that walls reflect it as they reflect pressure.
 
   The work done on the gas is exactly dt sum_i f_i . (v_i + v'_i) / 2 over
   owned nodes with the folded force, because fold is the adjoint of fill; it
@@ -40,20 +40,26 @@ class Gravity : public Module<Dim>
 
     void layOut( State<Dim>& state ) override
     {
-        _force = NodeView( "Machpoint::gravity", state.layout.total, Dim );
+        _force = makeNodeSum( "Machpoint::gravity", state, Dim );
+    }
+
+    void keepDeposit( State<Dim>& state ) override
+    {
+        _force.copyDeposit( state.nodes.moment_sum, 0 );
     }
 
     void gridForce( State<Dim>& state ) override
     {
+        _force.fold( state.halo, vectorComponents<Dim, 1>( Parity::force ) );
         const auto moments = state.nodes.moments;
-        const auto force = _force;
+        const auto force = _force.field();
         const auto g = _g;
         Kokkos::parallel_for(
             "Machpoint::gravity", Range( 0, state.layout.total ),
             KOKKOS_LAMBDA( const int i ) {
                 for ( int d = 0; d < Dim; ++d )
                 {
-                    force( i, d ) = moments( i, 0 ) * g[d];
+                    force( i, d ) *= g[d]; // until here the mass
                     moments( i, 1 + Dim + d ) += force( i, d );
                 }
             } );
@@ -61,31 +67,30 @@ class Gravity : public Module<Dim>
 
     void gridWork( State<Dim>& state ) override
     {
-        // The same fold that the stepper gave the sum of all forces.
-        state.halo.fold( _force, vectorComponents<Dim, 1>( Parity::force ) );
         const auto velocities = state.nodes.velocities;
-        const auto force = _force;
+        const auto force = _force.field();
         const auto layout = state.layout;
         const auto weights = state.halo.weights();
-        Real power = 0;
+        const Real dt = state.dt;
+        ReproducibleSum work;
         Kokkos::parallel_reduce(
             "Machpoint::gravityWork", Range( 0, layout.total ),
-            KOKKOS_LAMBDA( const int row, Real& sum ) {
+            KOKKOS_LAMBDA( const int row, ReproducibleSum& sum ) {
                 const auto i = layout.indices( row );
                 if ( !layout.isOwned( i ) )
                     return;
                 for ( int d = 0; d < Dim; ++d )
                     sum +=
-                        weights( i ) * force( row, d ) * 0.5 *
+                        dt * weights( i ) * force( row, d ) * 0.5 *
                         ( velocities( row, d ) + velocities( row, Dim + d ) );
             },
-            power );
-        state.ledger.energy_in += state.dt * power;
+            work );
+        state.ledger.energy_in += work;
     }
 
   private:
     Vector<Dim> _g;
-    NodeView _force;
+    NodeSum _force; // mass, then force [nodes][Dim]
 };
 
 } // namespace Machpoint

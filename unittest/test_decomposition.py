@@ -1,4 +1,5 @@
-"""The number of ranks and how they are arranged change results by round-off.
+"""The number of ranks and how they are arranged change results by round-off, and
+with `reproducible` not at all.
 
 The executable comes from MACHPOINT_EXECUTABLE, the launcher from
 MACHPOINT_MPIEXEC.
@@ -25,6 +26,7 @@ ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1",
                    OMPI_ALLOW_RUN_AS_ROOT="1",
                    OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
 TOLERANCE = 1e-12  # relative to the largest value
+NUMERICAL_FAILURE = 1
 WRONG_INPUT = 2
 
 
@@ -72,6 +74,20 @@ FOLLOWED = {
             "type": "box", "lower": [-1], "upper": [0.3]}}, 25),
 }
 OFTEN = {"every": 5, "threshold": 1.05}
+# The same to the last bit: every kind of sum.
+REPRODUCIBLE = {
+    "sod": ("sod", {"particles.placement": "random"}, 30),
+    "vortex": ("isentropic_vortex", {"grid.cells": [24, 24]}, 10),
+    "blast with halves": ("sedov_2d", {"grid.cells": [24, 24]}, 30),
+    "cylinder": ("cylinder_mach3", {
+        "grid.cells": [60, 40], "method.merge_volume": 0.4}, 15),
+    "cylinder, apic": ("cylinder_mach3", {
+        "grid.cells": [60, 30], **method("apic", "quadratic")}, 10),
+    "recycled stream": ("cylinder_mach3_recycle", {
+        "grid.cells": [60, 30], **method("paper", "quadratic")}, 10),
+    "gravity": ("gravity_column", {}, 10),
+    "blast in 3D": ("sedov_3d", {"grid.cells": [8, 9, 10]}, 6),
+}
 ARRANGED = {"cylinder": ([4, 1], [2, 2], [1, 4]),
             "blast in 3D": ([2, 2, 1], [1, 2, 2])}
 
@@ -184,6 +200,35 @@ class DecompositionTest(unittest.TestCase):
         _, summary = self.run_scene(1, scene, {"grid.cells": [32, 32]}, 1)
         self.assertEqual(summary["imbalance"], {
             "start": 1, "largest": 1, "end": 1, "cuts_moved": 0})
+
+    def assert_identical(self, one, many):
+        for name, values in one[0].items():
+            np.testing.assert_array_equal(values, many[0][name], name)
+        for key in ("conservation", "extrema", "errors", "final_time",
+                    "retries", "particles_final"):
+            self.assertEqual(one[1][key], many[1][key], key)
+
+    def test_reproducible(self):
+        for label, (scene, sets, steps) in REPRODUCIBLE.items():
+            sets = {**sets, "reproducible": True}
+            one = self.run_scene(1, scene, sets, steps)
+            for ranks in (2, 3, 4):
+                with self.subTest(scene=label, ranks=ranks):
+                    self.assert_identical(
+                        one, self.run_scene(ranks, scene, sets, steps))
+            for arrangement in (
+                    ([4, 1], [1, 4]) if label == "cylinder" else ()):
+                with self.subTest(scene=label, ranks=arrangement):
+                    given = {**sets, "decomposition": {"ranks": arrangement}}
+                    self.assert_identical(
+                        one, self.run_scene(4, scene, given, steps))
+
+    def test_reproducible_sums_do_not_overflow(self):
+        sets = {"grid.cells": [4, 4], "particles.per_cell": 64 ** 2}
+        result = self.execute(1, "sedov_2d", {**sets, "reproducible": True}, 1)
+        self.assertEqual(result.returncode, NUMERICAL_FAILURE, result.stderr)
+        self.assertIn("share a cell", result.stderr)
+        self.assertEqual(self.execute(1, "sedov_2d", sets, 1).returncode, 0)
 
     def test_restart_on_any_number_of_ranks(self):
         keep = {"checkpoint": {"every_steps": 15}}

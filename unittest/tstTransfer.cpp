@@ -14,12 +14,21 @@ template <class Basis, int Dim>
 struct Box
 {
     Scene<Dim> scene;
-    NodeScatter scatter;
+    NodeSum moments;
 
     explicit Box( const std::string& boundary )
         : scene( make( boundary ) ),
-          scatter( makeScatter( scene.state.nodes.moments ) )
+          moments( scene.state.nodes.moments, Communicator(), false )
     {
+    }
+
+    //! P2G, with or without the affine field; halo not folded.
+    template <bool Affine>
+    void deposit()
+    {
+        moments.deposit(
+            [&]( const auto& sums )
+            { particlesToGrid<Basis, Affine>( scene.state, sums ); } );
     }
 
     static Scene<Dim> make( const std::string& boundary )
@@ -123,7 +132,7 @@ TYPED_TEST( Transfer, conservesMassMomentumAndForce )
     {
         Box<Basis, Dim> box( boundary );
         auto& state = box.scene.state;
-        particlesToGrid<Basis, true>( state, box.scatter );
+        box.template deposit<true>();
         auto host = copy( state.nodes.moments );
         Real mass = 0, force = 0, largest = 0;
         for ( int i = 0; i < state.layout.total; ++i )
@@ -151,11 +160,11 @@ TYPED_TEST( Transfer, affineMomentumReproducesLinearVelocity )
     Box<Basis, Dim> box( "slip_wall" );
     auto& state = box.scene.state;
     setLinearField( state );
-    particlesToGrid<Basis, true>( state, box.scatter );
+    box.template deposit<true>();
     gridVelocity( state ); // before the fold: real particles only
     auto affine = copy( state.nodes.velocities );
     auto moments = copy( state.nodes.moments );
-    particlesToGrid<Basis, false>( state, box.scatter );
+    box.template deposit<false>();
     gridVelocity( state );
     auto plain = copy( state.nodes.velocities );
     Real worst = 0;

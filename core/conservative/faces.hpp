@@ -105,10 +105,10 @@ KOKKOS_FORCEINLINE_FUNCTION void mirrorAffine( const Mirror<Dim>& mirror,
 /*!
   \brief P2G: m_i = sum m w, (mv)_i = sum m w (v + C (x_i - x)),
   theta^a_f = sum V w^a_f / h^Dim, over particles and their images.
-  \param[out] state.nodes.moments halo not yet folded
+  \param sums the scatter of the moments
 */
-template <class Basis, int Dim>
-void depositParticles( const State<Dim>& state, NodeScatter& scatter )
+template <class Basis, int Dim, class Sums>
+void depositParticles( const State<Dim>& state, const Sums& sums )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
@@ -118,10 +118,6 @@ void depositParticles( const State<Dim>& state, NodeScatter& scatter )
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto images = state.images;
-    auto moments = state.nodes.moments;
-    Kokkos::deep_copy( ExecutionSpace(), moments, 0.0 );
-    scatter.reset_except( moments );
-    const auto sums = scatter;
     Kokkos::parallel_for(
         "Machpoint::depositParticles", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
@@ -148,7 +144,6 @@ void depositParticles( const State<Dim>& state, NodeScatter& scatter )
                     nodes, grid, layout, s, m( p ), V( p ),
                     mirror.direction( get<Dim>( v, p ) ), affine );
             } );
-    Kokkos::Experimental::contribute( moments, scatter );
 }
 
 //! 1/den with den = max(theta, least filling), on every face.
@@ -334,11 +329,10 @@ struct BlendSource
 /*!
   \brief sum V (p + q) w^a_f / h^Dim on faces and, where kb > 0,
   sum m w kb phi h max(-D, 0) / c on nodes, over particles and images.
-  \param[out] stress halo not yet folded
+  \param sums the scatter of the stress
 */
-template <class Basis, int Dim>
-void depositStress( const State<Dim>& state, NodeView stress,
-                    NodeScatter& scatter, const Real kb )
+template <class Basis, int Dim, class Sums>
+void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
 {
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
@@ -351,9 +345,6 @@ void depositStress( const State<Dim>& state, NodeView stress,
     const auto layout = state.layout;
     const auto images = state.images;
     const Real scale = kb * grid.minSpacing();
-    Kokkos::deep_copy( ExecutionSpace(), stress, 0.0 );
-    scatter.reset_except( stress );
-    const auto sums = scatter;
     const BlendSource mixed{ m, c, divergence, limiter, scale };
     Kokkos::parallel_for(
         "Machpoint::depositStress", Range( 0, state.particles.size() ),
@@ -373,7 +364,6 @@ void depositStress( const State<Dim>& state, NodeView stress,
                 depositStress<Basis, Dim>( sums.access(), grid, layout, s,
                                            V( p ) * pressure( p ), mixed( p ) );
             } );
-    Kokkos::Experimental::contribute( stress, scatter );
 }
 
 /*!

@@ -236,7 +236,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
   \return energy given to the gas
 */
 template <class Basis, int Dim>
-Real workOfImages( const State<Dim>& state, const NodeView& faces )
+ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
@@ -250,10 +250,10 @@ Real workOfImages( const State<Dim>& state, const NodeView& faces )
     const auto layout = state.layout;
     const auto images = state.images;
     const Real dt = state.dt;
-    Real gained = 0;
+    ReproducibleSum given;
     Kokkos::parallel_reduce(
         "Machpoint::workOfImages", Range( 0, images.count ),
-        KOKKOS_LAMBDA( const int k, Real& sum ) {
+        KOKKOS_LAMBDA( const int k, ReproducibleSum& sum ) {
             const int p = images.particle( k );
             const auto mirror = images.mirror( k );
             const Stencil<Basis, Dim> s( grid, layout,
@@ -274,11 +274,11 @@ Real workOfImages( const State<Dim>& state, const NodeView& faces )
                     kinetic -= affine[a][b] * affine[a][b] *
                                s.moment( b, grid.spacing[b] );
             }
-            sum += 0.5 * m( p ) * kinetic -
-                   dt * pressure( p ) * V( p ) * g.expansion;
+            sum += dt * pressure( p ) * V( p ) * g.expansion -
+                   0.5 * m( p ) * kinetic;
         },
-        gained );
-    return -gained;
+        given );
+    return given;
 }
 
 } // namespace Impl

@@ -77,37 +77,22 @@ struct CellPressure
     }
 };
 
-/*!
-  \brief Sub-cell pressure relaxation (after Tipton, in Shashkov 2008).
-
-  Particles of a cell exchange volume until their pressures agree, at the rate
-  eta: K = eta trust^2 V / (rho c^2 + rho c^2 of the cells),
-  phat_c = sum K w (p + g dx) / sum K w, s = K w (p + g dx - phat_c),
-  V += sum s, e -= sum phat_c s / m. Conserves volume and energy, and removes
-  the pressures that the faces cannot see.
-  \param means, sums [nodes][3] scratch
-*/
-template <class Basis, int Dim>
-void relaxPressure( const State<Dim>& state, NodeView means, NodeView sums,
-                    NodeScatter& means_scatter, NodeScatter& sums_scatter,
-                    const Real eta )
+//! Adds V, V p and m c^2 of the particles to their cells.
+//! \param sums the scatter of a field on cells [nodes][3]
+template <class Basis, int Dim, class Sums>
+void depositCellPressure( const State<Dim>& state, const Sums& sums )
 {
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
-    const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto pressure = state.particles.template slice<Pressure>();
     const auto c = state.particles.template slice<SoundSpeed>();
     const auto grid = state.grid;
     const auto layout = state.layout;
-    const Range all( 0, state.particles.size() );
-
-    Kokkos::deep_copy( ExecutionSpace(), means, 0.0 );
-    means_scatter.reset_except( means );
-    const auto add_mean = means_scatter;
     Kokkos::parallel_for(
-        "Machpoint::cellPressure", all, KOKKOS_LAMBDA( const int p ) {
-            const auto cells = add_mean.access();
+        "Machpoint::cellPressure", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            const auto cells = sums.access();
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             const HalfwayWeights<Basis, Dim> halfway( grid, s );
             forEachCell( grid, s, halfway, layout,
@@ -120,23 +105,25 @@ void relaxPressure( const State<Dim>& state, NodeView means, NodeView sums,
                                  w * m( p ) * c( p ) * c( p );
                          } );
         } );
-    Kokkos::Experimental::contribute( means, means_scatter );
-    state.halo.fold( means, cellComponents<Dim, 3>() );
-    Kokkos::parallel_for(
-        "Machpoint::meanCellPressure", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
-            const Real volume = means( i, 0 );
-            for ( int k = 1; k < 3; ++k )
-                means( i, k ) = volume > 0 ? means( i, k ) / volume : 0.0;
-        } );
-    state.halo.fill( means, cellComponents<Dim, 3>() );
+}
 
-    Kokkos::deep_copy( ExecutionSpace(), sums, 0.0 );
-    sums_scatter.reset_except( sums );
-    const auto add_sum = sums_scatter;
+//! Adds K and K (p + g dx) of the particles to their cells.
+//! \param means of the cells \param sums the scatter of a field [nodes][2]
+template <class Basis, int Dim, class Sums>
+void depositTargetPressure( const State<Dim>& state, const NodeView& means,
+                            const Real eta, const Sums& sums )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto c = state.particles.template slice<SoundSpeed>();
+    const auto grid = state.grid;
+    const auto layout = state.layout;
     Kokkos::parallel_for(
-        "Machpoint::targetPressure", all, KOKKOS_LAMBDA( const int p ) {
-            const auto cells = add_sum.access();
+        "Machpoint::targetPressure", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            const auto cells = sums.access();
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             const HalfwayWeights<Basis, Dim> halfway( grid, s );
             const CellPressure<Basis, Dim> around( grid, layout, s, halfway,
@@ -155,12 +142,55 @@ void relaxPressure( const State<Dim>& state, NodeView means, NodeView sums,
                              cells( cell.row, 1 ) += K * cell.weight * target;
                          } );
         } );
-    Kokkos::Experimental::contribute( sums, sums_scatter );
-    state.halo.fold( sums, cellComponents<Dim, 2>() );
+}
+
+/*!
+  \brief Sub-cell pressure relaxation (after Tipton, in Shashkov 2008).
+
+  Particles of a cell exchange volume until their pressures agree, at the rate
+  eta: K = eta trust^2 V / (rho c^2 + rho c^2 of the cells),
+  phat_c = sum K w (p + g dx) / sum K w, s = K w (p + g dx - phat_c),
+  V += sum s, e -= sum phat_c s / m. Conserves volume and energy, and removes
+  the pressures that the faces cannot see.
+  \param cell_means [nodes][3] scratch
+  \param cell_sums [nodes][2] scratch
+*/
+template <class Basis, int Dim>
+void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
+                    NodeSum& cell_sums, const Real eta )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto c = state.particles.template slice<SoundSpeed>();
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    const auto means = cell_means.field();
+    const auto sums = cell_sums.field();
+
+    cell_means.deposit( [&]( const auto& cells )
+                        { depositCellPressure<Basis>( state, cells ); } );
+    cell_means.fold( state.halo, cellComponents<Dim, 3>() );
+    Kokkos::parallel_for(
+        "Machpoint::meanCellPressure", Range( 0, layout.total ),
+        KOKKOS_LAMBDA( const int i ) {
+            const Real volume = means( i, 0 );
+            for ( int k = 1; k < 3; ++k )
+                means( i, k ) = volume > 0 ? means( i, k ) / volume : 0.0;
+        } );
+    state.halo.fill( means, cellComponents<Dim, 3>() );
+
+    cell_sums.deposit(
+        [&]( const auto& cells )
+        { depositTargetPressure<Basis>( state, means, eta, cells ); } );
+    cell_sums.fold( state.halo, cellComponents<Dim, 2>() );
     state.halo.fill( sums, cellComponents<Dim, 2>() );
 
     Kokkos::parallel_for(
-        "Machpoint::exchangeVolume", all, KOKKOS_LAMBDA( const int p ) {
+        "Machpoint::exchangeVolume", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             const HalfwayWeights<Basis, Dim> halfway( grid, s );
             const CellPressure<Basis, Dim> around( grid, layout, s, halfway,
@@ -208,38 +238,24 @@ struct HeatShare
     }
 };
 
-/*!
-  \brief Shock heat mixing: e += eta (sum w e_i - e) with eta =
-  min(1, ck dt max(-D, 0)) phi and e_i = sum m eta w e / sum m eta w.
-  Conserves energy; spreads the heat that a shock or a wall leaves in too few
-  particles (after the heat flux of Noh 1987).
-  \param sums [nodes][3] scratch
-*/
-template <class Basis, int Dim>
-void mixHeat( const State<Dim>& state, NodeView sums, NodeScatter& scatter,
-              const Real ck )
+//! Adds m eta and m eta e of the particles.
+//! \param share eta \param sums the scatter of a field [nodes][2]
+template <class Basis, int Dim, class Share, class Sums>
+void depositHeat( const State<Dim>& state, const Share& share,
+                  const Sums& sums )
 {
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto divergence = Cabana::slice<Divergence>( state.rates->data() );
-    const auto limiter = Cabana::slice<Limiter>( state.rates->data() );
     const auto grid = state.grid;
     const auto layout = state.layout;
-    const Real rate = ck * state.dt;
-    const Range all( 0, state.particles.size() );
-    const NodeComponents<2> components{};
-
-    const HeatShare share{ divergence, limiter, rate };
-    Kokkos::deep_copy( ExecutionSpace(), sums, 0.0 );
-    scatter.reset_except( sums );
-    const auto add = scatter;
     Kokkos::parallel_for(
-        "Machpoint::sharedHeat", all, KOKKOS_LAMBDA( const int p ) {
+        "Machpoint::sharedHeat", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
             const Real mass = m( p ) * share( p );
             if ( mass <= 0 )
                 return;
-            const auto nodes = add.access();
+            const auto nodes = sums.access();
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             forEachNode<Basis, Dim>( s, layout,
                                      [&]( const StencilNode<Dim>& i )
@@ -249,11 +265,36 @@ void mixHeat( const State<Dim>& state, NodeView sums, NodeScatter& scatter,
                                          nodes( i.row, 1 ) += mw * e( p );
                                      } );
         } );
-    Kokkos::Experimental::contribute( sums, scatter );
-    state.halo.fold( sums, components );
+}
+
+/*!
+  \brief Shock heat mixing: e += eta (sum w e_i - e) with eta =
+  min(1, ck dt max(-D, 0)) phi and e_i = sum m eta w e / sum m eta w.
+  Conserves energy; spreads the heat that a shock or a wall leaves in too few
+  particles (after the heat flux of Noh 1987).
+  \param heat [nodes][2] scratch
+*/
+template <class Basis, int Dim>
+void mixHeat( const State<Dim>& state, NodeSum& heat, const Real ck )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto divergence = Cabana::slice<Divergence>( state.rates->data() );
+    const auto limiter = Cabana::slice<Limiter>( state.rates->data() );
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    const Real rate = ck * state.dt;
+    const auto sums = heat.field();
+    const NodeComponents<2> components{};
+
+    const HeatShare share{ divergence, limiter, rate };
+    heat.deposit( [&]( const auto& nodes )
+                  { depositHeat<Basis>( state, share, nodes ); } );
+    heat.fold( state.halo, components );
     state.halo.fill( sums, components );
     Kokkos::parallel_for(
-        "Machpoint::mixHeat", all, KOKKOS_LAMBDA( const int p ) {
+        "Machpoint::mixHeat", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
             const Real part = share( p );
             if ( part <= 0 )
                 return;
