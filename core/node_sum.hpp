@@ -12,6 +12,8 @@
 
 #include <cmath>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 namespace Machpoint
 {
@@ -21,103 +23,113 @@ namespace Machpoint
 using NodeScatter = decltype( Kokkos::Experimental::create_scatter_view(
     std::declval<NodeView>() ) );
 
+//! Most columns that a reproducible sum can have.
+inline constexpr std::size_t most_columns = 10;
+
+//! A number for each column; in a kernel, in registers.
+using PerColumn = Kokkos::Array<Real, most_columns>;
+
+//! Finds the largest term of each column, and adds nothing. Stands in for a
+//! NodeScatter in kernels.
+struct LargestTerms
+{
+    Kokkos::View<Real*, MemorySpace> largest; //!< magnitude [most_columns]
+
+    struct Place
+    {
+        Real& most;
+        KOKKOS_FORCEINLINE_FUNCTION void operator+=( const Real term ) const
+        {
+            most = Kokkos::max( most, Kokkos::abs( term ) );
+        }
+    };
+    struct Access
+    {
+        Real* largest;
+        mutable PerColumn own{};
+
+        KOKKOS_FORCEINLINE_FUNCTION Place operator()( const int,
+                                                      const int column ) const
+        {
+            return { own[column] };
+        }
+        KOKKOS_FORCEINLINE_FUNCTION ~Access()
+        {
+            // Rarely larger, so threads seldom meet here.
+            for ( std::size_t c = 0; c < most_columns; ++c )
+                if ( own[c] > largest[c] )
+                    Kokkos::atomic_max( largest + c, own[c] );
+        }
+    };
+    KOKKOS_FORCEINLINE_FUNCTION Access access() const
+    {
+        return { largest.data() };
+    }
+};
+
 /*!
   \brief Terms that are rounded before they are added, so that adding is exact
   (Demmel and Nguyen 2015; docs/ranks.md). Stands in for a NodeScatter in
   kernels.
 
   A term x of column c becomes hi = x rounded to a multiple of a unit u_c, in
-  column c, and lo = x - hi rounded to one of a finer unit, in column
-  columns + c. The units follow from the largest term of the column, which a
-  first run of the same kernels finds.
+  column 2 c, and lo = x - hi rounded to one of a finer unit, in column 2 c + 1.
+  The units follow from the largest term of the column.
 */
 struct RoundedTerms
 {
     //! log2 of how many terms of a node sum up without rounding.
     static constexpr int log2_terms = 16;
 
-    NodeScatter parts; //!< [nodes][2 columns]
-    int columns = 0;
-    bool measuring = false; //!< look for the largest term, and add nothing
-    Kokkos::View<Real*, MemorySpace> largest; //!< magnitude [columns]
-    //! A term x is rounded to (r + x) - r: r of hi and of lo.
-    Kokkos::View<Real* [2], MemorySpace> rounding; //!< [columns][2]
+    NodeScatter parts;    //!< [nodes][2 columns]
+    PerColumn hi{}, lo{}; //!< r, which rounds x to (r + x) - r
 
-    RoundedTerms() = default;
-    RoundedTerms( const NodeScatter& scatter, const int field_columns )
-        : parts( scatter ), columns( field_columns ),
-          largest( "Machpoint::largestTerms", columns ),
-          rounding( "Machpoint::rounding", columns )
-    {
-    }
-
-    struct Access;
-    //! One place of the sum; takes `+=`.
+    using PartAccess = decltype( std::declval<const NodeScatter&>().access() );
     struct Place
     {
-        const Access& access;
+        const PartAccess& parts;
         int row, column;
+        Real r, s;
 
         KOKKOS_FORCEINLINE_FUNCTION void operator+=( const Real term ) const
         {
-            const auto& sum = access.sum;
-            if ( sum.measuring )
-            {
-                Real& most = sum.largest( column );
-                const Real size = Kokkos::abs( term );
-                // Rarely true, so threads seldom meet here.
-                if ( size > most )
-                    Kokkos::atomic_max( &most, size );
-                return;
-            }
-            const Real r = sum.rounding( column, 0 );
-            const Real s = sum.rounding( column, 1 );
             const Real hi = ( r + term ) - r;
             const Real lo = ( s + ( term - hi ) ) - s;
-            access.nodes( row, column ) += hi;
-            access.nodes( row, sum.columns + column ) += lo;
+            parts( row, 2 * column ) += hi;
+            parts( row, 2 * column + 1 ) += lo;
         }
     };
     struct Access
     {
-        const RoundedTerms& sum;
-        decltype( std::declval<const NodeScatter&>().access() ) nodes;
+        PartAccess parts;
+        PerColumn hi, lo;
 
         KOKKOS_FORCEINLINE_FUNCTION Place operator()( const int row,
                                                       const int column ) const
         {
-            return { *this, row, column };
+            return { parts, row, column, hi[column], lo[column] };
         }
     };
     KOKKOS_FORCEINLINE_FUNCTION Access access() const
     {
-        return { *this, parts.access() };
+        return { parts.access(), hi, lo };
     }
 
     /*!
-      \brief Sets the roundings from the largest terms, where |x| < 2^(E + 1).
+      \brief Sets the rounding of a column from its largest term.
 
-      With n = log2_terms, r = 1.5 2^(E+n) leaves multiples of 2^(E+n-52), so
-      2^n terms sum up to at most 2^53 units; |lo| is at most half a unit, and
-      its r is 1.5 2^(E+2n-53). What is lost of a term is at most
-      2^(E+2n-106).
+      With n = log2_terms and |x| < 2^(E+1), r = 1.5 2^(E+n) leaves multiples of
+      2^(E+n-52), so 2^n terms sum up to at most 2^53 units; |lo| is at most
+      half a unit, and its r is 1.5 2^(E+2n-53). What is lost of a term is at
+      most 2^(E+2n-106).
     */
-    void setRounding() const
+    void setRounding( const std::size_t column, const Real largest )
     {
-        const auto host = Kokkos::create_mirror_view( rounding );
-        const auto sizes =
-            Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), largest );
-        for ( int c = 0; c < columns; ++c )
-        {
-            const Real size = sizes( c );
-            // Terms that are not finite stay what they are.
-            const bool rounds = size > 0 && std::isfinite( size );
-            const int E = rounds ? std::ilogb( size ) : 0;
-            host( c, 0 ) = rounds ? std::ldexp( 1.5, E + log2_terms ) : 0;
-            host( c, 1 ) =
-                rounds ? std::ldexp( 1.5, E + 2 * log2_terms - 53 ) : 0;
-        }
-        Kokkos::deep_copy( rounding, host );
+        // Terms that are not finite stay what they are.
+        const bool rounds = largest > 0 && std::isfinite( largest );
+        const int E = rounds ? std::ilogb( largest ) : 0;
+        hi[column] = rounds ? std::ldexp( 1.5, E + log2_terms ) : 0;
+        lo[column] = rounds ? std::ldexp( 1.5, E + 2 * log2_terms - 53 ) : 0;
     }
 };
 
@@ -140,10 +152,14 @@ class NodeSum
         : _field( field ), _sums( field ), _comm( comm ),
           _reproducible( reproducible )
     {
+        if ( !reproducible )
+            return;
         const auto columns = field.extent( 1 );
-        if ( reproducible )
-            _sums =
-                NodeView( "Machpoint::parts", field.extent( 0 ), 2 * columns );
+        if ( columns > most_columns )
+            throw std::logic_error( "a reproducible sum has at most " +
+                                    std::to_string( most_columns ) +
+                                    " columns: raise most_columns" );
+        _sums = NodeView( "Machpoint::parts", field.extent( 0 ), 2 * columns );
     }
 
     //! Its values, once it is folded. [nodes][columns]
@@ -159,14 +175,11 @@ class NodeSum
     void deposit( const Kernels& kernels )
     {
         if ( !_scatter ) // not every sum is deposited in
-            makeScatter();
+            _scatter = Kokkos::Experimental::create_scatter_view( _sums );
         Kokkos::deep_copy( ExecutionSpace(), _sums, 0.0 );
         _scatter->reset_except( _sums );
         if ( _reproducible )
-        {
-            measure( kernels );
-            kernels( _terms );
-        }
+            kernels( roundedTerms( kernels ) );
         else
             kernels( *_scatter );
         Kokkos::Experimental::contribute( _sums, *_scatter );
@@ -183,7 +196,7 @@ class NodeSum
         }
         NodeComponents<2 * N> both{};
         for ( std::size_t c = 0; c < 2 * N; ++c )
-            both[c] = components[c % N];
+            both[c] = components[c / 2];
         halo.fold( _sums, both );
         joinParts();
     }
@@ -194,15 +207,14 @@ class NodeSum
     {
         const auto from = other._sums;
         const auto to = _sums;
-        const int columns = static_cast<int>( _field.extent( 1 ) );
-        const int other_columns = static_cast<int>( other._field.extent( 1 ) );
+        const int parts = _reproducible ? 2 : 1;
+        const int columns = static_cast<int>( to.extent( 1 ) );
         Kokkos::parallel_for(
             "Machpoint::copyDeposit",
             Range( 0, static_cast<int>( to.extent( 0 ) ) ),
             KOKKOS_LAMBDA( const int i ) {
-                for ( int c = 0; c < static_cast<int>( to.extent( 1 ) ); ++c )
-                    to( i, c ) =
-                        from( i, column + c / columns * other_columns );
+                for ( int c = 0; c < columns; ++c )
+                    to( i, c ) = from( i, parts * column + c % parts );
             } );
     }
 
@@ -218,41 +230,32 @@ class NodeSum
             Range( 0, static_cast<int>( field.extent( 0 ) ) ),
             KOKKOS_LAMBDA( const int i ) {
                 for ( int c = 0; c < columns; ++c )
-                    field( i, c ) = parts( i, c ) + parts( i, columns + c );
+                    field( i, c ) = parts( i, 2 * c ) + parts( i, 2 * c + 1 );
             } );
     }
 
   private:
-    void makeScatter()
-    {
-        _scatter = Kokkos::Experimental::create_scatter_view( _sums );
-        if ( _reproducible )
-            _terms = RoundedTerms( *_scatter,
-                                   static_cast<int>( _field.extent( 1 ) ) );
-    }
-
-    //! Finds the largest term of each column on all ranks.
+    //! The terms that the kernels will add, knowing the largest of each column
+    //! on all ranks.
     template <class Kernels>
-    void measure( const Kernels& kernels )
+    RoundedTerms roundedTerms( const Kernels& kernels ) const
     {
-        Kokkos::deep_copy( ExecutionSpace(), _terms.largest, 0.0 );
-        _terms.measuring = true;
-        kernels( _terms );
-        _terms.measuring = false;
+        const LargestTerms terms{ Kokkos::View<Real*, MemorySpace>(
+            "Machpoint::largestTerms", most_columns ) };
+        kernels( terms );
         const auto host = Kokkos::create_mirror_view_and_copy(
-            Kokkos::HostSpace(), _terms.largest );
+            Kokkos::HostSpace(), terms.largest );
         const auto most =
             _comm.max( std::vector( host.data(), host.data() + host.size() ) );
-        for ( std::size_t c = 0; c < most.size(); ++c )
-            host( c ) = most[c];
-        Kokkos::deep_copy( _terms.largest, host );
-        _terms.setRounding();
+        RoundedTerms rounded{ *_scatter };
+        for ( std::size_t c = 0; c < most_columns; ++c )
+            rounded.setRounding( c, most[c] );
+        return rounded;
     }
 
     NodeView _field;
-    NodeView _sums; // the field itself, or [nodes][hi of columns, lo of them]
+    NodeView _sums; // the field itself, or [nodes][2 columns]
     std::optional<NodeScatter> _scatter;
-    RoundedTerms _terms;
     Communicator _comm;
     bool _reproducible = false;
 };

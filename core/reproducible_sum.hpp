@@ -6,10 +6,14 @@
 #ifndef MACHPOINT_REPRODUCIBLE_SUM_HPP
 #define MACHPOINT_REPRODUCIBLE_SUM_HPP
 
+#include <core/archive.hpp>
 #include <core/communicator.hpp>
 #include <core/types.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace Machpoint
 {
@@ -101,6 +105,20 @@ class ReproducibleSum
             sum += std::ldexp( static_cast<Real>( d[k] ),
                                width * ( _top + 2 - k ) - 1074 );
         return sign * sum;
+    }
+
+    //! Writes all digits, or reads them. \throws ArchiveError
+    void checkpoint( Archive& archive, const std::string& name )
+    {
+        std::vector<std::int64_t> list( _digits, _digits + digits );
+        list.push_back( _top );
+        list.push_back( Kokkos::bit_cast<std::int64_t>( _not_finite ) );
+        archive.table( name, list, list.size() );
+        if ( list.size() != digits + 2 )
+            throw ArchiveError( name + " has another shape" );
+        std::copy( list.begin(), list.begin() + digits, _digits );
+        _top = static_cast<int>( list[digits] );
+        _not_finite = Kokkos::bit_cast<Real>( list[digits + 1] );
     }
 
   private:

@@ -92,10 +92,9 @@ class Stepper : public Simulation
     std::int64_t retries() const override { return _retries; }
     LedgerTotals ledger() const override
     {
-        const auto& own = _scene.state.ledger;
-        const auto sums =
-            sumOfRanks( comm(), { own.mass_in, own.mass_out, own.energy_in } );
-        return { sums[0].value(), sums[1].value(), sums[2].value() };
+        const auto all = ledgerOfRanks();
+        return { all.mass_in.value(), all.mass_out.value(),
+                 all.energy_in.value() };
     }
     Imbalance imbalance() override
     {
@@ -137,10 +136,10 @@ class Stepper : public Simulation
         archive( "next_id", state.next_id );
         archive( "limiter", _limiter );
         archive( "retries", _retries );
-        auto ledger = this->ledger();
-        archive( "ledger/mass_in", ledger.mass_in );
-        archive( "ledger/mass_out", ledger.mass_out );
-        archive( "ledger/energy_in", ledger.energy_in );
+        auto ledger = ledgerOfRanks();
+        ledger.mass_in.checkpoint( archive, "ledger/mass_in" );
+        ledger.mass_out.checkpoint( archive, "ledger/mass_out" );
+        ledger.energy_in.checkpoint( archive, "ledger/energy_in" );
         archive( "extrema/min_density", _extrema.min_density );
         archive( "extrema/min_specific_internal_energy",
                  _extrema.min_specific_internal_energy );
@@ -159,10 +158,7 @@ class Stepper : public Simulation
             return;
         // What was recorded together is one rank's from here on, and rows go
         // to the ranks that now have their cells.
-        state.ledger =
-            comm().isRoot()
-                ? Ledger{ ledger.mass_in, ledger.mass_out, ledger.energy_in }
-                : Ledger{};
+        state.ledger = comm().isRoot() ? ledger : Ledger{};
         if ( comm().size() > 1 )
             layOut();
         migrate();
@@ -173,6 +169,14 @@ class Stepper : public Simulation
     const Communicator& comm() const
     {
         return _scene.state.decomposition.comm();
+    }
+
+    Ledger ledgerOfRanks() const
+    {
+        const auto& own = _scene.state.ledger;
+        const auto sums =
+            sumOfRanks( comm(), { own.mass_in, own.mass_out, own.energy_in } );
+        return { sums[0], sums[1], sums[2] };
     }
 
     //! The state, with its node fields allocated.
