@@ -24,13 +24,22 @@ namespace Machpoint
 std::vector<Dataset> stackRows( const Communicator& ranks,
                                 std::vector<Dataset> blocks )
 {
-    for ( auto& block : blocks )
+    std::vector<std::size_t> rows;
+    for ( const auto& block : blocks )
+        rows.push_back( block.shape.at( 0 ) );
+    const auto all = ranks.gatherAll( rows ); // [ranks][blocks]
+    const auto own = static_cast<std::size_t>( ranks.rank() ) * blocks.size();
+    for ( std::size_t k = 0; k < blocks.size(); ++k )
     {
-        const auto rows = static_cast<std::int64_t>( block.shape.at( 0 ) );
+        auto& block = blocks[k];
         block.start.assign( block.shape.size(), 0 );
-        block.start[0] = static_cast<std::size_t>( ranks.sumBefore( rows ) );
         block.global_shape = block.shape;
-        block.global_shape[0] = static_cast<std::size_t>( ranks.sum( rows ) );
+        block.global_shape[0] = 0;
+        for ( auto other = k; other < all.size(); other += blocks.size() )
+        {
+            block.start[0] += other < own ? all[other] : 0;
+            block.global_shape[0] += all[other];
+        }
     }
     return blocks;
 }
