@@ -427,18 +427,29 @@ class Adviser
     //! The most accurate run within such a time.
     ExitCode spend( const Real budget )
     {
-        return advise(
+        Real used = 0;
+        const auto code = advise(
             fmt::format( "{:g}s", budget ), "the most accurate run",
             [&]( const auto& lines ) { return mostAccurate( lines, budget ); },
             []( const auto& lines ) { return cheapest( lines, infinity ); },
             [&]( const StudyRow& row )
-            { return row.record.at( "seconds" ) <= budget; } );
+            {
+                used = row.record.at( "seconds" );
+                return used <= budget;
+            } );
+        if ( code == finished && used < 0.5 * budget )
+            fmt::print( "more time is left: the fits are trusted {}\n", trust );
+        return code;
     }
 
   private:
     static constexpr Real infinity = std::numeric_limits<Real>::infinity();
     //! How often a run that misses teaches the fits before they give up.
     static constexpr int attempts = 4;
+    static inline const std::string trust = fmt::format(
+        "up to {} times the cells of the finest run along each axis; let the "
+        "study vary finer grids, or other settings",
+        farthest_refinement );
 
     /*!
       \brief Chooses, runs, and chooses anew with what that run has shown.
@@ -493,10 +504,8 @@ class Adviser
                              const std::vector<Line>& lines,
                              const std::optional<Candidate>& nearest )
     {
-        fmt::print( "\n{}: out of reach. The fits are trusted up to {} times "
-                    "the cells of the finest run along each axis; let the "
-                    "study vary finer grids, or other settings\n",
-                    request, farthest_refinement );
+        fmt::print( "\n{}: out of reach. The fits are trusted {}\n", request,
+                    trust );
         if ( nearest )
             fmt::print( "nearest by the fits is {}: {:.3g} in {}\n",
                         named( lines, *nearest ), nearest->error,

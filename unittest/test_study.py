@@ -11,6 +11,7 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
@@ -154,7 +155,8 @@ class Advice(StudyTest):
         shown = self.study(path, "--target", "density.L1=1e-9",
                            code=NUMERICAL_FAILURE).stdout
         self.assertIn("out of reach", shown)
-        self.study(path, "--budget", "1h")
+        shown = self.study(path, "--budget", "1h").stdout
+        self.assertIn("more time is left", shown)
         self.assertEqual(self.result()["proofs"][-1]["row"]["cells"], [80])
         shown = self.study(path, "--budget", "1e-9s",
                            code=NUMERICAL_FAILURE).stdout
@@ -339,7 +341,7 @@ class Pictures(StudyTest):
 
     def test_plot(self):
         self.study(self.write(vary=MATRIX, repeats=1))
-        result = subprocess.run(["/usr/bin/python3", str(PLOT), "study",
+        result = subprocess.run([sys.executable, str(PLOT), "study",
                                  str(self.output)], capture_output=True,
                                 text=True, timeout=120)
         self.assertEqual(result.returncode, 0, result.stderr)
