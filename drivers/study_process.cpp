@@ -45,6 +45,24 @@ std::string firstWords( const fs::path& log )
     return "";
 }
 
+//! The environment, without what makes a process believe that mpirun or srun
+//! started it: its MPI would wait for them.
+std::vector<char*> environmentOfOne()
+{
+    std::vector<char*> variables;
+    for ( char** entry = environ; *entry; ++entry )
+    {
+        const std::string text = *entry;
+        const bool is_launchers =
+            text.starts_with( "OMPI_" ) || text.starts_with( "PMIX_" ) ||
+            text.starts_with( "PMI_" ) || text.starts_with( "MPI_LOCAL" );
+        if ( !is_launchers )
+            variables.push_back( *entry );
+    }
+    variables.push_back( nullptr );
+    return variables;
+}
+
 } // namespace
 
 ProcessGuard::ProcessGuard()
@@ -75,6 +93,7 @@ ProcessResult ProcessGuard::run( const fs::path& input, const fs::path& output,
     for ( auto& word : words )
         arguments.push_back( word.data() );
     arguments.push_back( nullptr );
+    auto environment = environmentOfOne();
 
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init( &files );
@@ -85,7 +104,7 @@ ProcessResult ProcessGuard::run( const fs::path& input, const fs::path& output,
     posix_spawn_file_actions_adddup2( &files, STDOUT_FILENO, STDERR_FILENO );
     pid_t process = 0;
     const int error = posix_spawn( &process, "/proc/self/exe", &files, nullptr,
-                                   arguments.data(), environ );
+                                   arguments.data(), environment.data() );
     posix_spawn_file_actions_destroy( &files );
     if ( error != 0 )
         throw IoError( log, "cannot start a run that prints to the file",

@@ -116,6 +116,20 @@ class Rows(StudyTest):
         self.assertIn("the gas broke down", bad["message"])
         self.assertIn("failed: the gas broke down", shown)
 
+    def test_runs_do_not_believe_in_a_launcher(self):
+        # A run that did would look for its launcher, and fail.
+        path = self.write(vary=[{"grid.cells": [[20]]}], repeats=1)
+        mpiexec = os.environ.get("MACHPOINT_MPIEXEC")
+        if not mpiexec:
+            self.skipTest("this build has no MPI")
+        result = subprocess.run(
+            [mpiexec, "-n", "1", *self.command(path)], capture_output=True,
+            text=True, timeout=120, stdin=subprocess.DEVNULL,
+            env=dict(ENVIRONMENT, OMPI_ALLOW_RUN_AS_ROOT="1",
+                     OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1"))
+        self.assertEqual(result.returncode, FINISHED, result.stderr)
+        self.assertEqual(self.result()["rows"][0]["status"], "finished")
+
     def test_all_failing(self):
         path = self.write(vary=[{"time.cfl": [50], "grid.cells": [[20]]}],
                           set={"time.retries": 1})
