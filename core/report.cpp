@@ -3,7 +3,6 @@
 #include <core/report.hpp>
 #include <core/revision.hpp>
 #include <core/scene.hpp>
-#include <core/traffic.hpp>
 
 #include <fmt/format.h>
 
@@ -168,9 +167,8 @@ std::int64_t peakMemory()
 }
 
 //! What the ranks sent and waited for: of each, the sum and the largest.
-Json communication( const Communicator& ranks )
+Json communication( const Communicator& ranks, const Traffic& own )
 {
-    const auto own = Traffic::upToNow();
     std::vector<Real> values( own.seconds.begin(), own.seconds.end() );
     const std::size_t times = values.size();
     for ( const auto count :
@@ -275,7 +273,7 @@ Json makeSummary( Simulation& simulation, const Json& input,
         json["phases"].push_back( { { "name", e.name },
                                     { "calls", e.calls },
                                     { "seconds", e.seconds } } );
-    json["communication"] = communication( ranks );
+    json["communication"] = communication( ranks, facts.traffic );
     json["input"] = input;
     json["revision"] = revision;
     return json;

@@ -8,6 +8,7 @@
 
 #include <core/exact.hpp>
 #include <core/simulation.hpp>
+#include <core/traffic.hpp>
 
 #include <string>
 
@@ -45,6 +46,7 @@ struct RunFacts
     std::int64_t particles_initial = 0;
     std::int64_t particle_updates = 0; //!< particles moved, over all steps
     Real wall_seconds = 0;
+    Traffic traffic; //!< this rank's
     std::vector<FieldError> errors;
 };
 

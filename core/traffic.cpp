@@ -34,7 +34,7 @@ void Traffic::start()
     timer.reset();
 }
 
-const Traffic& Traffic::upToNow()
+Traffic Traffic::upToNow()
 {
     change( current );
     return traffic;

@@ -68,8 +68,8 @@ struct Traffic
         bool _counts;
     };
 
-    //! The seconds up to now. Ends no activity.
-    static const Traffic& upToNow();
+    //! What was sent and took time up to now. Ends no activity.
+    static Traffic upToNow();
 };
 
 } // namespace Machpoint

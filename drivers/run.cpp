@@ -400,6 +400,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( code != numerical_failure && written != simulation->steps() )
         write();
     facts.wall_seconds = seconds_before + timer.seconds();
+    facts.traffic = Traffic::upToNow();
     facts.particle_updates = progress.updates();
     if ( exact && code != numerical_failure )
         facts.errors = measureErrors( simulation->particleData(), *exact, input,

@@ -25,14 +25,17 @@ from case import ROOT, Bench, Case, summarise
 
 def cases(fast):
     """{topic: [cases]}; a case may serve several topics."""
-    flat, solid, steps = ((32, 8, 3) if fast else (128, 16, 30))
+    flat, solid, steps = ((32, 12, 3) if fast else (128, 16, 30))
     vortex, sedov, cylinder = ("isentropic_vortex", "sedov_3d",
                                "cylinder_mach3")
     wide = 60 if fast else 200
-    cube = 12 if fast else 24
+    cube = 16 if fast else 24
 
     def made(scene, cells, ranks, **more):
         return Case(scene, tuple(cells), ranks, steps, **more)
+
+    def grown(cells, times):
+        return tuple(n * k for n, k in zip(cells, times))
 
     box = (flat, flat)
     block = (cube, cube, cube)
@@ -40,11 +43,12 @@ def cases(fast):
         "strong": [made(vortex, box, r) for r in (1, 2, 4)] +
                   [made(cylinder, (wide, wide // 2), r) for r in (1, 2, 4)] +
                   [made(sedov, block, r) for r in (1, 2, 4)],
-        "weak": [made(vortex, cells, r) for r, cells in
-                 ((1, box), (2, (flat, 2 * flat)), (4, (2 * flat, 2 * flat)))] +
-                [made(sedov, cells, r) for r, cells in
-                 ((1, block), (2, (cube, cube, 2 * cube)),
-                  (4, (cube, 2 * cube, 2 * cube)))],
+        "weak": [made(vortex, box, 1)] +
+                [made(vortex, grown(box, times), r, domains=times)
+                 for r, times in ((2, (1, 2)), (4, (2, 2)))] +
+                [made(sedov, block, 1)] +
+                [made(sedov, grown(block, times), r, domains=times)
+                 for r, times in ((2, (1, 1, 2)), (4, (1, 2, 2)))],
         "apart": [made(vortex, box, 1, copies=2),
                   made(sedov, block, 1, copies=2)],
         "stencil": [made(vortex, box, 2, method=method, basis=basis)

@@ -17,8 +17,9 @@ ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
 class Case:
     """A scene at a size.
 
-    cells: [Dim], with the spacing of the input; copies: runs on one rank each,
-    started at once and without a word between them.
+    cells: [Dim]; domains: how many times as long as the input's the domain is
+    along each axis, if not the same; copies: runs on one rank each, started at
+    once and without a word between them.
     """
 
     scene: str
@@ -28,6 +29,7 @@ class Case:
     copies: int = 1
     method: str = "conservative"
     basis: str = "quadratic"
+    domains: tuple = ()
 
     @property
     def name(self):
@@ -41,14 +43,14 @@ class Case:
         """Overrides of the input: size and method, and one output, at the
         end."""
         scene = json.loads((ROOT / "input" / f"{self.scene}.json").read_text())
-        grid = scene["grid"]
-        lower, spacing = grid["lower"], [
-            (u - l) / c for l, u, c in
-            zip(grid["lower"], grid["upper"], grid["cells"])]
-        upper = [l + n * h for l, n, h in zip(lower, self.cells, spacing)]
-        keys = {"grid.cells": list(self.cells), "grid.upper": upper,
-                "method.name": self.method, "method.basis": self.basis,
+        keys = {"grid.cells": list(self.cells), "method.name": self.method,
+                "method.basis": self.basis,
                 "output.every": scene["time"]["end"]}
+        if self.domains:
+            grid = scene["grid"]
+            keys["grid.upper"] = [
+                lower + times * (upper - lower) for lower, upper, times in
+                zip(grid["lower"], grid["upper"], self.domains)]
         return keys
 
 
@@ -94,7 +96,8 @@ class Bench:
             text = process.communicate()[0]
             if process.returncode == 2 and "this build" in text:
                 self.lacking[case.name] = next(
-                    line for line in text.splitlines() if "this build" in line)
+                    line[line.index("this build"):]
+                    for line in text.splitlines() if "this build" in line)
             elif process.returncode != 0:
                 raise SystemExit(
                     f"exit code {process.returncode}: "

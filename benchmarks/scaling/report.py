@@ -7,9 +7,9 @@ HEAD = """# Scaling
 
 Written by `python3 benchmarks/scaling --docs`; do not edit. Measured on one machine
 with {cores} cores (for the operating system), which ranks of one thread share, so
-that 4 ranks are **oversubscribed** where there are fewer cores: they show what an
-idle rank costs, not what a larger machine would do. Each figure is the median of
-{repeats} runs, taken in turn; the range beside it is that of the runs.
+that 4 ranks are **oversubscribed** where there are fewer cores: they show what
+sharing a core costs, not what a larger machine would do. Figures are medians over
+{repeats} rounds of all runs; the range beside one is that over the rounds.
 """
 
 PARTS = ["compute", "halo", "halo_wait", "migration", "collectives"]
@@ -159,8 +159,7 @@ the ranks with less to do: `slowest/mean` is the largest compute time over the m
 """
     text += limits(topics, results, memory)
     text += """
-No number of ranks can do better than the last line's gain: the two runs share
-nothing but the machine.
+Two ranks can hardly gain more than two runs that share nothing but the machine.
 
 ## Strong scaling: the same scene on more ranks
 
@@ -209,7 +208,8 @@ boxes, `conservative`, quadratic:
     text += """
 **What follows is a prediction, not a result.** No machine larger than the one above
 was at hand. It assumes equal loads, nothing overlapped, sides cut all around,
-collective calls in log2(ranks) stages of one latency each, and
+collective calls in log2(ranks) stages of one latency each, no time to start a GPU's
+kernels, particles that move as little as those of these short runs, and
 
 """
     text += table(
