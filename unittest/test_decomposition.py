@@ -132,6 +132,9 @@ class DecompositionTest(unittest.TestCase):
             (self.scratch / "out" / "summary.json").read_text())
         self.assertEqual(summary["ranks"], ranks)
         self.assertGreaterEqual(summary["imbalance"]["start"], 1)
+        summary["series"] = {
+            file.name: file.read_text()
+            for file in (self.scratch / "out" / "series").glob("*.csv")}
         return fields, summary
 
     def assert_same(self, one, many):
@@ -208,7 +211,7 @@ class DecompositionTest(unittest.TestCase):
         for name, values in one[0].items():
             np.testing.assert_array_equal(values, many[0][name], name)
         for key in ("conservation", "extrema", "errors", "final_time",
-                    "retries", "particles_final"):
+                    "retries", "particles_final", "series"):
             self.assertEqual(one[1][key], many[1][key], key)
 
     def test_reproducible(self):
