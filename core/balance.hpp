@@ -13,6 +13,7 @@
 #include <core/parameters.hpp>
 #include <core/particles.hpp>
 
+#include <algorithm>
 #include <vector>
 
 namespace Machpoint
@@ -179,7 +180,10 @@ class Balancer
         const Real own =
             particles.size() + _cell_cost * decomposition.box().totalCells();
         const Loads loads{ comm.max( own ), comm.sum( own ) / comm.size() };
-        _seen.end = loads.mean > 0 ? loads.largest / loads.mean : 1;
+        // The mean of equal loads may round to a larger number.
+        _seen.end = loads.mean > 0
+                        ? std::max( loads.largest / loads.mean, Real( 1 ) )
+                        : 1;
         _seen.largest = std::max( _seen.largest, _seen.end );
         if ( _seen.start == 0 )
             _seen.start = _seen.end;

@@ -20,7 +20,7 @@ namespace Machpoint
 {
 
 /*!
-  \brief Number of ranks along each axis whose boxes have the least surface.
+  \brief Number of ranks along each axis for the least area of all cuts.
   \param cells of the domain [Dim] \param size number of ranks
 */
 template <int Dim>
@@ -34,23 +34,23 @@ Indices<Dim> chooseRanks( const Indices<Dim>& cells, const int size )
         if ( axis == Dim - 1 )
         {
             trial[axis] = left;
-            double surface = 0;
+            double area = 0;
             for ( int d = 0; d < Dim; ++d )
             {
-                double face = trial[d] > 1 ? 1 : 0;
+                double cuts = trial[d] - 1;
                 for ( int b = 0; b < Dim; ++b )
                     if ( b != d )
-                        face *= static_cast<double>( cells[b] ) / trial[b];
-                surface += face;
+                        cuts *= cells[b];
+                area += cuts;
                 // A box thinner than a cell is none.
                 if ( trial[d] > cells[d] )
-                    surface += 1e300;
+                    area += 1e300;
             }
             // Of equals the one that cuts the last axis, whose halo is
             // contiguous in memory.
-            if ( least < 0 || surface < least )
+            if ( least < 0 || area < least )
             {
-                least = surface;
+                least = area;
                 best = trial;
             }
             return;

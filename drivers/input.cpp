@@ -91,7 +91,7 @@ Parameters inputParameters( const int dimension )
         "decomposition", "boxes of cells, one for each MPI rank", dimension );
     decomposition
         .integerVector( "ranks", "ranks along each axis; by default the boxes "
-                                 "of least surface" )
+                                 "with the least area of cuts" )
         .atLeast( 1 )
         .optional();
     Parameters balance( "balance", "boxes that follow the gas", dimension );

@@ -329,6 +329,7 @@ TEST( Decomposition, boxesOfLeastSurface )
     EXPECT_EQ( ( chooseRanks<2>( { 200, 400 }, 2 )[1] ), 2 );
     EXPECT_EQ( ( chooseRanks<2>( { 400, 200 }, 7 )[0] ), 7 );
     EXPECT_EQ( ( chooseRanks<3>( { 64, 64, 64 }, 8 )[1] ), 2 );
+    EXPECT_EQ( ( chooseRanks<3>( { 64, 64, 64 }, 4 )[2] ), 2 );
     EXPECT_EQ( ( chooseRanks<2>( { 300, 2 }, 6 )[1] ), 1 );
 }
 
