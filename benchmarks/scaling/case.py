@@ -59,6 +59,9 @@ class Bench:
 
     def __init__(self, machpoint, mpiexec, output):
         self.machpoint = pathlib.Path(machpoint).resolve()
+        self.revision = subprocess.run(
+            [self.machpoint, "--version"], check=True, capture_output=True,
+            text=True).stdout.strip()
         self.mpiexec = shlex.split(mpiexec)
         self.output = pathlib.Path(output)
         self.commands = {}

@@ -1,14 +1,16 @@
 """docs/scaling.md from the results."""
 import os
+import pathlib
 
 import model
 
 HEAD = """# Scaling
 
-Written by `python3 benchmarks/scaling --docs`; do not edit. Measured on one machine
-with {cores} cores (for the operating system), which ranks of one thread share, so
-that 4 ranks are **oversubscribed** where there are fewer cores: they show what
-sharing a core costs, not what a larger machine would do. Figures are medians over
+Written by `python3 benchmarks/scaling --docs`; do not edit. Machpoint `{revision}`,
+measured on one machine ({processor}, {cores} cores for the
+operating system), whose cores ranks of one thread share, so that 4 ranks are
+**oversubscribed** where there are fewer cores: they show what sharing a core costs,
+not what a larger machine would do. Figures are medians over
 {repeats} rounds of all runs; the range beside one is that over the rounds.
 """
 
@@ -143,9 +145,18 @@ def prediction(fits):
                   "64 ranks", "4096 ranks"], rows)
 
 
+def processor():
+    """Model of this machine's CPU."""
+    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return line.partition(": ")[2]
+    return "an unnamed processor"
+
+
 def write(topics, results, bench, memory, fits, repeats):
     """The whole page."""
-    text = HEAD.format(cores=os.cpu_count(), repeats=repeats)
+    text = HEAD.format(revision=bench.revision, processor=processor(),
+                       cores=os.cpu_count(), repeats=repeats)
     text += """
 A step's time is split into what a rank does (`communication.seconds` of
 [summary.json](output.md#summaryjson), mean over ranks): `compute`, `halo` (layers
