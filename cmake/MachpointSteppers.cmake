@@ -1,6 +1,8 @@
 # machpoint_add_steppers(target): adds one translation unit for each enabled
-# (dimension, basis, method), and core/stepper_list.hpp, which lists them.
-# Several small units compile in parallel, and in far less memory than one.
+# (dimension, basis), with all methods, and core/stepper_list.hpp, which lists them.
+# Units compile in parallel, and in less memory than one; but three quarters of the
+# code of a stepper are those of any other, so one unit for each method as well
+# would take half as long again.
 
 function(machpoint_camel_case out name)
   string(SUBSTRING "${name}" 0 1 head)
@@ -34,16 +36,20 @@ function(machpoint_add_steppers target)
   endforeach()
   foreach(DIM IN LISTS Machpoint_DIMENSIONS)
     foreach(basis IN LISTS Machpoint_BASES)
+      machpoint_camel_case(BASIS ${basis})
+      set(INCLUDES "")
+      set(STEPPERS "")
       foreach(method IN LISTS Machpoint_METHODS)
-        machpoint_camel_case(BASIS ${basis})
         machpoint_camel_case(METHOD ${method})
-        set(source
-            "${PROJECT_BINARY_DIR}/steppers/${method}_${basis}_${DIM}d.cpp")
-        configure_file("${PROJECT_SOURCE_DIR}/cmake/stepper.cpp.in"
-                       "${source}" @ONLY)
-        target_sources(${target} PRIVATE "${source}")
+        string(APPEND INCLUDES "#include <core/method_${method}.hpp>\n")
+        string(APPEND STEPPERS "template std::unique_ptr<Simulation>\n"
+               "makeSimulation<${DIM}, ${BASIS}, ${METHOD}>( const Json& );\n")
         string(APPEND STEPPER_LIST " \\\n    X( ${DIM}, ${BASIS}, ${METHOD} )")
       endforeach()
+      set(source "${PROJECT_BINARY_DIR}/steppers/${basis}_${DIM}d.cpp")
+      configure_file("${PROJECT_SOURCE_DIR}/cmake/stepper.cpp.in" "${source}"
+                     @ONLY)
+      target_sources(${target} PRIVATE "${source}")
     endforeach()
   endforeach()
   configure_file("${PROJECT_SOURCE_DIR}/cmake/stepper_list.hpp.in"

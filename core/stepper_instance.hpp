@@ -1,6 +1,6 @@
 /*!
   \file stepper_instance.hpp
-  \brief Included by one generated file per dimension, basis and method.
+  \brief Included by one generated file per dimension and basis.
 */
 #ifndef MACHPOINT_STEPPER_INSTANCE_HPP
 #define MACHPOINT_STEPPER_INSTANCE_HPP
