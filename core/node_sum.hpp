@@ -57,7 +57,7 @@ struct LargestTerms
         {
             // Rarely larger, so threads seldom meet here.
             for ( std::size_t c = 0; c < most_columns; ++c )
-                if ( own[c] > largest[c] )
+                if ( own[c] > Kokkos::atomic_load( largest + c ) )
                     Kokkos::atomic_max( largest + c, own[c] );
         }
     };
