@@ -9,12 +9,14 @@
 
   Each basis gives, for a particle at the fraction f in [0, 1] of its cell:
   weights(f, w), gradients(f, g) (dw/dx times h), offset(f, k) (x_k - x_p over
-  h) and moment(f) = sum_k w_k (x_k - x_p)^2 / h^2.
+  h) and moment(f) = sum_k w_k (x_k - x_p)^2 / h^2. All of them take a Number,
+  of one particle or of several (core/lanes.hpp).
 */
 #ifndef MACHPOINT_BASIS_HPP
 #define MACHPOINT_BASIS_HPP
 
 #include <core/grid.hpp>
+#include <core/lanes.hpp>
 
 namespace Machpoint
 {
@@ -29,26 +31,35 @@ struct Linear
     static constexpr bool constant_moment = false;
 
     KOKKOS_INLINE_FUNCTION static int first( const int cell ) { return cell; }
-    KOKKOS_INLINE_FUNCTION static void weights( const Real f, Real* w )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static void weights( const Number& f,
+                                                     Number* w )
     {
         w[0] = 1 - f;
         w[1] = f;
     }
-    KOKKOS_INLINE_FUNCTION static void gradients( const Real, Real* g )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static void gradients( const Number&,
+                                                       Number* g )
     {
         g[0] = -1;
         g[1] = 1;
     }
     //! Derivatives (times h) of the weights halfway between nodes.
-    KOKKOS_INLINE_FUNCTION static void halfwayGradients( const Real, Real* g )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static void halfwayGradients( const Number&,
+                                                              Number* g )
     {
         g[0] = 0;
     }
-    KOKKOS_INLINE_FUNCTION static Real offset( const Real f, const int k )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static Number offset( const Number& f,
+                                                      const int k )
     {
         return k - f;
     }
-    KOKKOS_INLINE_FUNCTION static Real moment( const Real f )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static Number moment( const Number& f )
     {
         return f * ( 1 - f );
     }
@@ -67,29 +78,38 @@ struct Quadratic
     {
         return cell - 1;
     }
-    KOKKOS_INLINE_FUNCTION static void weights( const Real f, Real* w )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static void weights( const Number& f,
+                                                     Number* w )
     {
         w[0] = 0.5 * ( 1 - f ) * ( 1 - f );
         w[1] = 0.75 - ( f - 0.5 ) * ( f - 0.5 );
         w[2] = 0.5 * f * f;
     }
-    KOKKOS_INLINE_FUNCTION static void gradients( const Real f, Real* g )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static void gradients( const Number& f,
+                                                       Number* g )
     {
         g[0] = f - 1;
         g[1] = 1 - 2 * f;
         g[2] = f;
     }
     //! Derivatives (times h) of the weights halfway between nodes.
-    KOKKOS_INLINE_FUNCTION static void halfwayGradients( const Real, Real* g )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static void halfwayGradients( const Number&,
+                                                              Number* g )
     {
         g[0] = -1;
         g[1] = 1;
     }
-    KOKKOS_INLINE_FUNCTION static Real offset( const Real f, const int k )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static Number offset( const Number& f,
+                                                      const int k )
     {
         return k - 0.5 - f;
     }
-    KOKKOS_INLINE_FUNCTION static constexpr Real moment( const Real )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static Number moment( const Number& )
     {
         return 0.25;
     }
@@ -108,34 +128,43 @@ struct Cubic
     {
         return cell - 1;
     }
-    KOKKOS_INLINE_FUNCTION static void weights( const Real f, Real* w )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static void weights( const Number& f,
+                                                     Number* w )
     {
-        const Real r = 1 - f;
+        const Number r = 1 - f;
         w[0] = r * r * r / 6;
         w[1] = ( ( 3 * f - 6 ) * f * f + 4 ) / 6;
         w[2] = ( ( 3 * r - 6 ) * r * r + 4 ) / 6;
         w[3] = f * f * f / 6;
     }
-    KOKKOS_INLINE_FUNCTION static void gradients( const Real f, Real* g )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static void gradients( const Number& f,
+                                                       Number* g )
     {
-        const Real r = 1 - f;
+        const Number r = 1 - f;
         g[0] = -0.5 * r * r;
         g[1] = ( 1.5 * f - 2 ) * f;
         g[2] = -( 1.5 * r - 2 ) * r;
         g[3] = 0.5 * f * f;
     }
     //! Derivatives (times h) of the weights halfway between nodes.
-    KOKKOS_INLINE_FUNCTION static void halfwayGradients( const Real f, Real* g )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static void halfwayGradients( const Number& f,
+                                                              Number* g )
     {
         g[0] = f - 1;
         g[1] = 1 - 2 * f;
         g[2] = f;
     }
-    KOKKOS_INLINE_FUNCTION static Real offset( const Real f, const int k )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static Number offset( const Number& f,
+                                                      const int k )
     {
         return k - 1 - f;
     }
-    KOKKOS_INLINE_FUNCTION static constexpr Real moment( const Real )
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static Number moment( const Number& )
     {
         return 1.0 / 3.0;
     }
@@ -155,56 +184,62 @@ NodeLayout<Dim> nodeLayout( const Grid<Dim>& grid, const int reach = 0 )
 
   The weight of node (k_0, k_1, ...) is the product of w[d][k_d]. A place up to
   NodeLayout::reach cells outside the box sees nodes of the halo.
+  \tparam Number Real for one particle, Lanes for a pack
 */
-template <class Basis, int Dim>
+template <class Basis, int Dim, class Number = Real>
 struct Stencil
 {
-    int base;                   //!< row of the first node
-    Real w[Dim][Basis::nodes];  //!< weights
-    Real dw[Dim][Basis::nodes]; //!< derivatives, 1/length
-    Real dx[Dim][Basis::nodes]; //!< node minus particle, length
-    Real fraction[Dim];         //!< place of the particle in its cell, 0 to 1
+    Bases<Number> base;           //!< row of the first node
+    Number w[Dim][Basis::nodes];  //!< weights
+    Number dw[Dim][Basis::nodes]; //!< derivatives, 1/length
+    Number dx[Dim][Basis::nodes]; //!< node minus particle, length
+    Number fraction[Dim];         //!< place of the particle in its cell, 0 to 1
 
-    KOKKOS_INLINE_FUNCTION Stencil( const Grid<Dim>& grid,
-                                    const NodeLayout<Dim>& layout,
-                                    const Vector<Dim>& x )
-        : base( 0 )
+    KOKKOS_FORCEINLINE_FUNCTION Stencil( const Grid<Dim>& grid,
+                                         const NodeLayout<Dim>& layout,
+                                         const VectorOf<Dim, Number>& x )
     {
+        Number row( 0.0 );
         for ( int d = 0; d < Dim; ++d )
         {
             const Real h = grid.spacing[d];
-            const int c =
-                grid.cellWithin( x[d], d, layout.box.begin[d] - layout.reach,
-                                 layout.box.end[d] - 1 + layout.reach );
-            const Real f = ( x[d] - grid.lower[d] ) / h - c;
+            const Number place = ( x[d] - grid.lower[d] ) * grid.inverse[d];
+            const int first = layout.box.begin[d] - layout.reach;
+            const int last = layout.box.end[d] - 1 + layout.reach;
+            const Number c = clip( Number( Kokkos::floor( place ) ),
+                                   Number( static_cast<Real>( first ) ),
+                                   Number( static_cast<Real>( last ) ) );
+            const Number f = place - c;
             fraction[d] = f;
             Basis::weights( f, w[d] );
             Basis::gradients( f, dw[d] );
             for ( int k = 0; k < Basis::nodes; ++k )
             {
-                dw[d][k] /= h;
+                dw[d][k] *= grid.inverse[d];
                 dx[d][k] = Basis::offset( f, k ) * h;
             }
-            base +=
-                ( Basis::first( c ) - layout.lowest( d ) ) * layout.stride[d];
+            const Real shift = Basis::first( 0 ) - layout.lowest( d );
+            row += ( c + shift ) * static_cast<Real>( layout.stride[d] );
         }
+        base = toBases( row );
     }
 
     //! sum_i w_i (x_i - x_p)_d^2, length^2.
-    KOKKOS_INLINE_FUNCTION Real moment( const int d, const Real h ) const
+    KOKKOS_FORCEINLINE_FUNCTION Number moment( const int d, const Real h ) const
     {
-        return Basis::moment( fraction[d] ) * h * h;
+        return Basis::moment( fraction[d] ) * ( h * h );
     }
 };
 
 //! sum w (x_i - x)_b^2 at a place, length^2; it varies for hats alone.
-template <class Basis, int Dim>
-KOKKOS_INLINE_FUNCTION Real momentAt( const Grid<Dim>& grid, const Real x,
-                                      const int b )
+template <class Basis, int Dim, class Number>
+KOKKOS_INLINE_FUNCTION Number momentAt( const Grid<Dim>& grid, const Number& x,
+                                        const int b )
 {
     const Real h = grid.spacing[b];
-    const Real place = ( x - grid.lower[b] ) / h;
-    return h * h * Basis::moment( place - Kokkos::floor( place ) );
+    const Number place = ( x - grid.lower[b] ) * grid.inverse[b];
+    return Basis::moment( Number( place - Kokkos::floor( place ) ) ) *
+           ( h * h );
 }
 
 /*!
@@ -213,40 +248,43 @@ KOKKOS_INLINE_FUNCTION Real momentAt( const Grid<Dim>& grid, const Real x,
   Its energy moment * slope^2 / 2 must not grow, or cold gas would pay for it;
   what it loses becomes heat. 1 but for hats.
 */
-template <class Basis>
-KOKKOS_INLINE_FUNCTION Real slopeFactor( const Real moment_before,
-                                         const Real moment_after )
+template <class Basis, class Number>
+KOKKOS_INLINE_FUNCTION Number slopeFactor( const Number& moment_before,
+                                           const Number& moment_after )
 {
-    return !Basis::constant_moment && moment_after > moment_before
-               ? Kokkos::sqrt( moment_before / moment_after )
-               : 1.0;
+    if constexpr ( Basis::constant_moment )
+        return Number( 1.0 );
+    else
+        return choose( moment_before < moment_after,
+                       Number( Kokkos::sqrt( moment_before / moment_after ) ),
+                       Number( 1.0 ) );
 }
 
 //! One node of a stencil, as seen by the particle.
-template <int Dim>
+template <int Dim, class Number = Real>
 struct StencilNode
 {
-    int row;              //!< row in a NodeView
-    Real weight;          //!< w_ip
-    Vector<Dim> gradient; //!< grad w_ip, 1/length
-    Vector<Dim> dx;       //!< x_i - x_p, length
+    NodeRow<Number> row;            //!< row in a NodeView
+    Number weight;                  //!< w_ip
+    VectorOf<Dim, Number> gradient; //!< grad w_ip, 1/length
+    VectorOf<Dim, Number> dx;       //!< x_i - x_p, length
 };
 
 //! Calls visit(StencilNode) for every node of a stencil, x fastest.
-template <class Basis, int Dim, class Visitor>
-KOKKOS_FORCEINLINE_FUNCTION void forEachNode( const Stencil<Basis, Dim>& s,
-                                              const NodeLayout<Dim>& layout,
-                                              const Visitor& visit )
+template <class Basis, int Dim, class Number, class Visitor>
+KOKKOS_FORCEINLINE_FUNCTION void
+forEachNode( const Stencil<Basis, Dim, Number>& s,
+             const NodeLayout<Dim>& layout, const Visitor& visit )
 {
     constexpr int n = Basis::nodes;
     constexpr int ny = Dim > 1 ? n : 1;
     constexpr int nz = Dim > 2 ? n : 1;
-    StencilNode<Dim> node;
+    StencilNode<Dim, Number> node;
     for ( int k = 0; k < nz; ++k )
         for ( int j = 0; j < ny; ++j )
         {
-            Real wyz = 1;
-            int row = s.base;
+            Number wyz( 1.0 );
+            int row = 0;
             if constexpr ( Dim > 1 )
             {
                 wyz = s.w[1][j];
@@ -261,7 +299,7 @@ KOKKOS_FORCEINLINE_FUNCTION void forEachNode( const Stencil<Basis, Dim>& s,
             }
             for ( int i = 0; i < n; ++i )
             {
-                node.row = row + i;
+                node.row = rowAt( s.base, row + i );
                 node.weight = s.w[0][i] * wyz;
                 node.dx[0] = s.dx[0][i];
                 node.gradient[0] = s.dw[0][i] * wyz;
@@ -282,19 +320,20 @@ KOKKOS_FORCEINLINE_FUNCTION void forEachNode( const Stencil<Basis, Dim>& s,
   less, whose differences are the gradients of the node weights,
   h dw_k = c_{k-1} - c_k.
 */
-template <class Basis, int Dim>
+template <class Basis, int Dim, class Number = Real>
 struct HalfwayWeights
 {
     static constexpr int places = Basis::nodes - 1; //!< along one axis
-    Real c[Dim][places];                            //!< weights
-    Real dc[Dim][places];                           //!< derivatives times h
+    Number c[Dim][places];                          //!< weights
+    Number dc[Dim][places];                         //!< derivatives times h
 
-    KOKKOS_INLINE_FUNCTION HalfwayWeights( const Grid<Dim>& grid,
-                                           const Stencil<Basis, Dim>& s )
+    KOKKOS_FORCEINLINE_FUNCTION
+    HalfwayWeights( const Grid<Dim>& grid,
+                    const Stencil<Basis, Dim, Number>& s )
     {
         for ( int d = 0; d < Dim; ++d )
         {
-            Real sum = 0;
+            Number sum( 0.0 );
             for ( int k = 0; k < places; ++k )
             {
                 sum -= s.dw[d][k] * grid.spacing[d];
@@ -306,30 +345,31 @@ struct HalfwayWeights
 };
 
 //! One face of a stencil, as seen by the particle.
+template <class Number = Real>
 struct StencilFace
 {
-    int axis;    //!< it lies between the node of its row and the next along it
-    int row;     //!< row in a NodeView
-    Real weight; //!< w^axis_f
-    Real slope;  //!< h dw/dx along the axis
+    int axis; //!< it lies between the node of its row and the next along it
+    NodeRow<Number> row; //!< row in a NodeView
+    Number weight;       //!< w^axis_f
+    Number slope;        //!< h dw/dx along the axis
 };
 
 //! One cell of a stencil: the place halfway to the next node along every axis.
-template <int Dim>
+template <int Dim, class Number = Real>
 struct StencilCell
 {
-    int row;        //!< row in a NodeView
-    Real weight;    //!< product of halfway weights
-    Vector<Dim> dx; //!< x_c - x_p, length
+    NodeRow<Number> row;      //!< row in a NodeView
+    Number weight;            //!< product of halfway weights
+    VectorOf<Dim, Number> dx; //!< x_c - x_p, length
 };
 
 namespace Impl
 {
 //! The faces between neighbours along one axis.
-template <int Axis, class Basis, int Dim, class Visitor>
+template <int Axis, class Basis, int Dim, class Number, class Visitor>
 KOKKOS_FORCEINLINE_FUNCTION void
-forEachFaceAlong( const Stencil<Basis, Dim>& s,
-                  const HalfwayWeights<Basis, Dim>& halfway,
+forEachFaceAlong( const Stencil<Basis, Dim, Number>& s,
+                  const HalfwayWeights<Basis, Dim, Number>& halfway,
                   const NodeLayout<Dim>& layout, const Visitor& visit )
 {
     constexpr int n = Basis::nodes;
@@ -340,8 +380,8 @@ forEachFaceAlong( const Stencil<Basis, Dim>& s,
     for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
         for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
         {
-            Real across = 1;
-            int row = s.base;
+            Number across( 1.0 );
+            int row = 0;
             if constexpr ( Dim > 1 )
             {
                 across = s.w[b][j];
@@ -353,18 +393,19 @@ forEachFaceAlong( const Stencil<Basis, Dim>& s,
                 row += k * layout.stride[c];
             }
             for ( int i = 0; i < places; ++i )
-                visit( StencilFace{ Axis, row + i * layout.stride[Axis],
-                                    across * halfway.c[Axis][i],
-                                    across * halfway.dc[Axis][i] } );
+                visit( StencilFace<Number>{
+                    Axis, rowAt( s.base, row + i * layout.stride[Axis] ),
+                    across * halfway.c[Axis][i],
+                    across * halfway.dc[Axis][i] } );
         }
 }
 } // namespace Impl
 
 //! Calls visit(StencilFace) for every face of a stencil.
-template <class Basis, int Dim, class Visitor>
+template <class Basis, int Dim, class Number, class Visitor>
 KOKKOS_FORCEINLINE_FUNCTION void
-forEachFace( const Stencil<Basis, Dim>& s,
-             const HalfwayWeights<Basis, Dim>& halfway,
+forEachFace( const Stencil<Basis, Dim, Number>& s,
+             const HalfwayWeights<Basis, Dim, Number>& halfway,
              const NodeLayout<Dim>& layout, const Visitor& visit )
 {
     Impl::forEachFaceAlong<0>( s, halfway, layout, visit );
@@ -375,10 +416,10 @@ forEachFace( const Stencil<Basis, Dim>& s,
 }
 
 //! Calls visit(StencilCell) for every cell of a stencil.
-template <class Basis, int Dim, class Visitor>
+template <class Basis, int Dim, class Number, class Visitor>
 KOKKOS_FORCEINLINE_FUNCTION void
-forEachCell( const Grid<Dim>& grid, const Stencil<Basis, Dim>& s,
-             const HalfwayWeights<Basis, Dim>& halfway,
+forEachCell( const Grid<Dim>& grid, const Stencil<Basis, Dim, Number>& s,
+             const HalfwayWeights<Basis, Dim, Number>& halfway,
              const NodeLayout<Dim>& layout, const Visitor& visit )
 {
     constexpr int places = Basis::nodes - 1;
@@ -389,13 +430,15 @@ forEachCell( const Grid<Dim>& grid, const Stencil<Basis, Dim>& s,
             for ( int i = 0; i < places; ++i )
             {
                 const int at[3] = { i, j, k };
-                StencilCell<Dim> cell{ s.base, 1, {} };
+                StencilCell<Dim, Number> cell{ {}, Number( 1.0 ), {} };
+                int row = 0;
                 for ( int d = 0; d < Dim; ++d )
                 {
-                    cell.row += at[d] * layout.stride[d];
+                    row += at[d] * layout.stride[d];
                     cell.weight *= halfway.c[d][at[d]];
                     cell.dx[d] = s.dx[d][at[d]] + 0.5 * grid.spacing[d];
                 }
+                cell.row = rowAt( s.base, row );
                 visit( cell );
             }
 }

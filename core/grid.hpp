@@ -17,6 +17,7 @@ struct Grid
     Vector<Dim> lower;   //!< lower corner [Dim], length
     Vector<Dim> upper;   //!< upper corner [Dim], length
     Vector<Dim> spacing; //!< cell size h [Dim], length
+    Vector<Dim> inverse; //!< 1/h [Dim], 1/length
     Indices<Dim> cells;  //!< number of cells [Dim]
 
     Grid() = default;
@@ -27,7 +28,10 @@ struct Grid
         : lower( lower_corner ), upper( upper_corner ), cells( number_of_cells )
     {
         for ( int d = 0; d < Dim; ++d )
+        {
             spacing[d] = ( upper[d] - lower[d] ) / cells[d];
+            inverse[d] = 1 / spacing[d];
+        }
     }
 
     //! Cell of a position along one axis, clamped to cells first to last.

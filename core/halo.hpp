@@ -15,6 +15,7 @@
 #define MACHPOINT_HALO_HPP
 
 #include <core/halo_exchange.hpp>
+#include <core/lanes.hpp>
 
 namespace Machpoint
 {
@@ -138,9 +139,28 @@ struct Part
     MarkView marks = {};
     bool marked = true; //!< those with the mark, or those without
 
-    KOKKOS_INLINE_FUNCTION bool contains( const int p ) const
+    KOKKOS_FORCEINLINE_FUNCTION bool contains( const int p ) const
     {
         return !marks.data() || marks( p ) == marked;
+    }
+    KOKKOS_FORCEINLINE_FUNCTION LaneMask contains( const Pack p ) const
+    {
+#ifdef MACHPOINT_HAS_LANES
+        if ( !marks.data() )
+            return LaneMask( true );
+        return Lanes( 0.5 ) <
+               Lanes(
+                   [&]( const auto l )
+                   {
+                       const int last = p.count - 1;
+                       const int k = static_cast<int>( l );
+                       return contains( p.first + ( k < last ? k : last ) )
+                                  ? 1.0
+                                  : 0.0;
+                   } );
+#else
+        return contains( p.first );
+#endif
     }
 };
 

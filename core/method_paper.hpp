@@ -32,14 +32,14 @@ void updateParticleVelocity( const State<Dim>& state )
         KOKKOS_LAMBDA( const int p ) {
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             Vector<Dim> change{};
-            forEachNode<Basis, Dim>(
-                s, layout,
-                [&]( const StencilNode<Dim>& i )
-                {
-                    for ( int d = 0; d < Dim; ++d )
-                        change[d] += i.weight * ( velocities( i.row, Dim + d ) -
+            forEachNode( s, layout,
+                         [&]( const auto& i )
+                         {
+                             for ( int d = 0; d < Dim; ++d )
+                                 change[d] +=
+                                     i.weight * ( velocities( i.row, Dim + d ) -
                                                   velocities( i.row, d ) );
-                } );
+                         } );
             for ( int d = 0; d < Dim; ++d )
                 v( p, d ) += change[d];
         } );
@@ -62,13 +62,12 @@ void momentumToGrid( const State<Dim>& state, const Sums& sums )
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             const Vector<Dim> u = get<Dim>( v, p );
             const Real mass = m( p );
-            forEachNode<Basis, Dim>( s, layout,
-                                     [&]( const StencilNode<Dim>& i )
-                                     {
-                                         for ( int d = 0; d < Dim; ++d )
-                                             nodes( i.row, d ) +=
-                                                 mass * i.weight * u[d];
-                                     } );
+            forEachNode( s, layout,
+                         [&]( const auto& i )
+                         {
+                             for ( int d = 0; d < Dim; ++d )
+                                 nodes( i.row, d ) += mass * i.weight * u[d];
+                         } );
         } );
 }
 
@@ -108,18 +107,18 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             Vector<Dim> gradient[Dim] = {};
             Vector<Dim> move{};
-            forEachNode<Basis, Dim>(
-                s, layout,
-                [&]( const StencilNode<Dim>& i )
-                {
-                    for ( int a = 0; a < Dim; ++a )
-                    {
-                        move[a] += i.weight * velocities( i.row, Dim + a );
-                        for ( int b = 0; b < Dim; ++b )
-                            gradient[a][b] +=
-                                velocity( i.row, a ) * i.gradient[b];
-                    }
-                } );
+            forEachNode( s, layout,
+                         [&]( const auto& i )
+                         {
+                             for ( int a = 0; a < Dim; ++a )
+                             {
+                                 move[a] +=
+                                     i.weight * velocities( i.row, Dim + a );
+                                 for ( int b = 0; b < Dim; ++b )
+                                     gradient[a][b] +=
+                                         velocity( i.row, a ) * i.gradient[b];
+                             }
+                         } );
             Real D = 0;
             for ( int a = 0; a < Dim; ++a )
             {

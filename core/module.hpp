@@ -74,12 +74,13 @@ struct State
     std::int64_t next_id = std::int64_t( 1 ) << 60;
 };
 
-//! A field that particles add to. \param columns of it
+//! A field that particles add to. \param columns of it; it may have more
 template <int Dim>
 NodeSum makeNodeSum( const std::string& label, const State<Dim>& state,
                      const int columns )
 {
-    return { NodeView( label, state.layout.total, columns ),
+    const int stored = state.reproducible ? columns : paddedColumns( columns );
+    return { NodeView( label, state.layout.total, stored ),
              state.decomposition.comm(), state.reproducible };
 }
 

@@ -7,8 +7,7 @@
 #define MACHPOINT_NODE_SUM_HPP
 
 #include <core/halo.hpp>
-
-#include <Kokkos_ScatterView.hpp>
+#include <core/lanes.hpp>
 
 #include <cmath>
 #include <optional>
@@ -18,10 +17,101 @@
 namespace Machpoint
 {
 
-//! Sums that many particles add to one node: duplicated per thread on OpenMP,
-//! atomic on CUDA, plain on Serial.
-using NodeScatter = decltype( Kokkos::Experimental::create_scatter_view(
-    std::declval<NodeView>() ) );
+/*!
+  \brief Sums that many particles add to one node: in a copy of the nodes for
+  each thread of a CPU, atomic on a GPU.
+*/
+class NodeScatter
+{
+    using Token = Kokkos::Experimental::UniqueToken<
+        ExecutionSpace, Kokkos::Experimental::UniqueTokenScope::Global>;
+    static constexpr bool has_copies =
+        Kokkos::SpaceAccessibility<Kokkos::HostSpace, MemorySpace>::accessible;
+
+  public:
+    //! \param sums [nodes][columns], which the first thread adds to itself
+    explicit NodeScatter( const NodeView& sums ) : _sums( sums )
+    {
+        const int threads = has_copies ? Token().size() : 1;
+        if ( threads > 1 )
+            _copies = Kokkos::View<Real***, Kokkos::LayoutRight, MemorySpace>(
+                "Machpoint::copiesOfNodes", threads - 1, sums.extent( 0 ),
+                sums.extent( 1 ) );
+    }
+
+    //! One number, to be added to.
+    struct Place
+    {
+        Real& sum;
+        KOKKOS_FORCEINLINE_FUNCTION void operator+=( const Real term ) const
+        {
+            if constexpr ( has_copies )
+                sum += term;
+            else
+                Kokkos::atomic_add( &sum, term );
+        }
+    };
+    //! The nodes of one thread.
+    struct Access
+    {
+        Real* sums;
+        int columns;
+
+        KOKKOS_FORCEINLINE_FUNCTION Real* row( const int i ) const
+        {
+            return sums + static_cast<std::size_t>( i ) * columns;
+        }
+        KOKKOS_FORCEINLINE_FUNCTION Place operator()( const int i,
+                                                      const int column ) const
+        {
+            return { row( i )[column] };
+        }
+    };
+    KOKKOS_FORCEINLINE_FUNCTION Access access() const
+    {
+        const int columns = static_cast<int>( _sums.extent( 1 ) );
+        if constexpr ( has_copies )
+            if ( _copies.extent( 0 ) > 0 )
+            {
+                const int thread = _token.acquire();
+                _token.release( thread );
+                if ( thread > 0 )
+                    return { &_copies( thread - 1, 0, 0 ), columns };
+            }
+        return { _sums.data(), columns };
+    }
+
+    //! Sets all sums to zero.
+    void clear() const
+    {
+        Kokkos::deep_copy( ExecutionSpace(), _sums, 0.0 );
+        if ( _copies.extent( 0 ) > 0 )
+            Kokkos::deep_copy( ExecutionSpace(), _copies, 0.0 );
+    }
+
+    //! Adds up what the threads have.
+    void contribute() const
+    {
+        const int threads = static_cast<int>( _copies.extent( 0 ) );
+        if ( threads == 0 )
+            return;
+        const int n = static_cast<int>( _sums.size() );
+        const auto copies = _copies;
+        Real* const sums = _sums.data();
+        Kokkos::parallel_for(
+            "Machpoint::sumOfThreads", Range( 0, n ),
+            KOKKOS_LAMBDA( const int k ) {
+                for ( int t = 0; t < threads; ++t )
+                    sums[k] +=
+                        copies.data()[static_cast<std::size_t>( t ) * n + k];
+            } );
+    }
+
+  private:
+    NodeView _sums;
+    Kokkos::View<Real***, Kokkos::LayoutRight, MemorySpace> _copies;
+    Token _token;
+};
 
 //! Most columns that a reproducible sum can have.
 inline constexpr std::size_t most_columns = 10;
@@ -133,6 +223,135 @@ struct RoundedTerms
     }
 };
 
+#ifdef MACHPOINT_HAS_LANES
+namespace Impl
+{
+//! Registers as the compiler knows them.
+using LaneVector __attribute__( ( vector_size( sizeof( Lanes ) ) ) ) = Real;
+using LaneIndex __attribute__( ( vector_size( sizeof( Lanes ) ) ) ) =
+    std::int64_t;
+
+//! Numbers that addColumns adds to a node at once; 1: one by one.
+constexpr int rowWidth( const std::size_t columns )
+{
+    const int width = columns < 3 ? 1 : columns < 5 ? 4 : columns < 9 ? 8 : 1;
+    return lane_count == 8 || lane_count == width ? width : 1;
+}
+
+//! Swaps blocks of Size numbers off the diagonal of two rows of a matrix.
+template <int Size>
+KOKKOS_FORCEINLINE_FUNCTION void swapBlocks( LaneVector& a, LaneVector& b )
+{
+    LaneIndex upper{}, lower{};
+    for ( int l = 0; l < lane_count; ++l )
+    {
+        upper[l] = l & Size ? lane_count + l - Size : l;
+        lower[l] = l & Size ? lane_count + l : l + Size;
+    }
+    const LaneVector above = __builtin_shuffle( a, b, upper );
+    const LaneVector below = __builtin_shuffle( a, b, lower );
+    a = above;
+    b = below;
+}
+
+//! Adds rows of Width numbers, which start with the K values.
+template <int Width, class Access, std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void addRows( const Access& nodes, const Pack p,
+                                          const LaneRows& rows, const int first,
+                                          const Lanes ( &values )[K] )
+{
+    LaneVector z[Width] = {};
+    for ( std::size_t k = 0; k < K; ++k )
+        std::memcpy( &z[k], static_cast<const void*>( &values[k] ),
+                     sizeof( Lanes ) );
+    for ( int r = 0; r < Width; r += 2 )
+        swapBlocks<1>( z[r], z[r + 1] );
+    for ( int r = 0; r < Width; ++r )
+        if ( !( r & 2 ) )
+            swapBlocks<2>( z[r], z[r + 2] );
+    if constexpr ( Width == 8 )
+        for ( int r = 0; r < 4; ++r )
+            swapBlocks<4>( z[r], z[r + 4] );
+    // z[r] now has the rows of particles r, r + Width, ...
+    using Row __attribute__( ( vector_size( Width * sizeof( Real ) ) ) ) = Real;
+    auto add = [&]( const int l )
+    {
+        Real* const node = nodes.row( rows.row[l] + rows.shift ) + first;
+        Row part, sum;
+        std::memcpy( &part,
+                     reinterpret_cast<const Real*>( &z[l % Width] ) +
+                         l / Width * Width,
+                     sizeof( Row ) );
+        std::memcpy( &sum, node, sizeof( Row ) );
+        sum += part;
+        std::memcpy( node, &sum, sizeof( Row ) );
+    };
+    if ( p.count == lane_count )
+        for ( int l = 0; l < lane_count; ++l )
+            add( l );
+    else
+        for ( int l = 0; l < p.count; ++l )
+            add( l );
+}
+} // namespace Impl
+#endif
+
+//! Adds values[k] of a particle to columns first + k of a node.
+template <class Access, std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void addColumns( const Access& nodes, const int,
+                                             const int row, const int first,
+                                             const Real ( &values )[K] )
+{
+    for ( std::size_t k = 0; k < K; ++k )
+        nodes( row, first + static_cast<int>( k ) ) += values[k];
+}
+#ifndef MACHPOINT_HAS_LANES
+template <class Access, std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void addColumns( const Access& nodes, const Pack,
+                                             const int row, const int first,
+                                             const Real ( &values )[K] )
+{
+    addColumns( nodes, 0, row, first, values );
+}
+#else
+/*!
+  \brief The same for every particle of a pack.
+
+  Particle after particle, as neighbours add to the same nodes. Where the values
+  fill registers, they are turned from one register a column into one register
+  (or half of one) a particle, which then adds all its columns at once. That
+  adds zeros to columns behind: see paddedColumns.
+*/
+template <class Access, std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void
+addColumns( const Access& nodes, const Pack p, const LaneRows& rows,
+            const int first, const Lanes ( &values )[K] )
+{
+    if constexpr ( std::is_same_v<Access, NodeScatter::Access> )
+        if constexpr ( Impl::rowWidth( K ) > 1 )
+        {
+            Impl::addRows<Impl::rowWidth( K )>( nodes, p, rows, first, values );
+            return;
+        }
+    for ( std::size_t k = 0; k < K; ++k )
+    {
+        Real terms[lane_count];
+        std::memcpy( terms, static_cast<const void*>( &values[k] ),
+                     sizeof( Lanes ) );
+        for ( int l = 0; l < p.count; ++l )
+            nodes( rows.row[l] + rows.shift, first + static_cast<int>( k ) ) +=
+                terms[l];
+    }
+}
+#endif
+
+//! Columns of a field that addColumns adds to, at least `columns`: rows of
+//! whole registers.
+constexpr int paddedColumns( const int columns )
+{
+    return lane_count == 1 || columns < 3 ? columns : ( columns + 3 ) / 4 * 4;
+}
+
 /*!
   \brief A field of sums over particles.
 
@@ -175,14 +394,13 @@ class NodeSum
     void deposit( const Kernels& kernels )
     {
         if ( !_scatter ) // not every sum is deposited in
-            _scatter = Kokkos::Experimental::create_scatter_view( _sums );
-        Kokkos::deep_copy( ExecutionSpace(), _sums, 0.0 );
-        _scatter->reset_except( _sums );
+            _scatter.emplace( _sums );
+        _scatter->clear();
         if ( _reproducible )
             kernels( roundedTerms( kernels ) );
         else
             kernels( *_scatter );
-        Kokkos::Experimental::contribute( _sums, *_scatter );
+        _scatter->contribute();
     }
 
     //! Adds images and what neighbours have. \param components of the field

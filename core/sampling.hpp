@@ -134,20 +134,18 @@ void sampleParticles( const State<Dim>& state, const Sums& sums )
         KOKKOS_LAMBDA( const int p ) {
             const auto nodes = sums.access();
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            forEachNode<Basis, Dim>( s, layout,
-                                     [&]( const StencilNode<Dim>& i )
-                                     {
-                                         const Real mw = m( p ) * i.weight;
-                                         const Real Vw = V( p ) * i.weight;
-                                         nodes( i.row, 0 ) += mw;
-                                         nodes( i.row, 1 ) += Vw;
-                                         nodes( i.row, 2 ) +=
-                                             Vw * pressure( p );
-                                         nodes( i.row, 3 ) += mw * e( p );
-                                         for ( int d = 0; d < Dim; ++d )
-                                             nodes( i.row, 4 + d ) +=
-                                                 mw * v( p, d );
-                                     } );
+            forEachNode( s, layout,
+                         [&]( const auto& i )
+                         {
+                             const Real mw = m( p ) * i.weight;
+                             const Real Vw = V( p ) * i.weight;
+                             nodes( i.row, 0 ) += mw;
+                             nodes( i.row, 1 ) += Vw;
+                             nodes( i.row, 2 ) += Vw * pressure( p );
+                             nodes( i.row, 3 ) += mw * e( p );
+                             for ( int d = 0; d < Dim; ++d )
+                                 nodes( i.row, 4 + d ) += mw * v( p, d );
+                         } );
         } );
 }
 

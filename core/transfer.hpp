@@ -12,30 +12,33 @@
 namespace Machpoint
 {
 
-//! Velocity of the affine field of particle p at x_p + dx.
-template <int Dim, class VelocitySlice, class GradientSlice>
-KOKKOS_INLINE_FUNCTION Vector<Dim>
-affineVelocity( const VelocitySlice& v, const GradientSlice& C, const int p,
-                const Vector<Dim>& dx )
+//! Velocity v + C dx of an affine field at a distance dx.
+template <int Dim, class Number>
+KOKKOS_FORCEINLINE_FUNCTION VectorOf<Dim, Number>
+affineVelocity( const Kokkos::Array<Number, Dim>& v,
+                const Kokkos::Array<Number, Dim> ( &C )[Dim],
+                const Kokkos::Array<Number, Dim>& dx )
 {
-    Vector<Dim> u = get<Dim>( v, p );
+    VectorOf<Dim, Number> u = v;
     for ( int a = 0; a < Dim; ++a )
         for ( int b = 0; b < Dim; ++b )
-            u[a] += C( p, a, b ) * dx[b];
+            u[a] += C[a][b] * dx[b];
     return u;
 }
 
-//! Velocity of particle p at x_p + dx: of its affine field, or its own. (A
-//! function, as nvcc's kernels must not meet a name first in an if constexpr.)
-template <bool Affine, int Dim, class VelocitySlice, class GradientSlice>
-KOKKOS_INLINE_FUNCTION Vector<Dim>
-velocityAt( const VelocitySlice& v, const GradientSlice& C, const int p,
-            const Vector<Dim>& dx )
+//! Velocity of a particle at a distance dx: of its affine field, or its own.
+//! (A function, as nvcc's kernels must not meet a name first in an if
+//! constexpr.)
+template <bool Affine, int Dim, class Number>
+KOKKOS_FORCEINLINE_FUNCTION VectorOf<Dim, Number>
+velocityAt( const Kokkos::Array<Number, Dim>& v,
+            const Kokkos::Array<Number, Dim> ( &C )[Dim],
+            const Kokkos::Array<Number, Dim>& dx )
 {
     if constexpr ( Affine )
-        return affineVelocity<Dim>( v, C, p, dx );
+        return affineVelocity<Dim>( v, C, dx );
     else
-        return get<Dim>( v, p );
+        return v;
 }
 
 /*!
@@ -58,26 +61,33 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
     const auto pressure = state.particles.template slice<Pressure>();
     const auto grid = state.grid;
     const auto layout = state.layout;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::particlesToGrid", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
+        "Machpoint::particlesToGrid", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
             const auto nodes = sums.access();
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            const Real mass = m( p );
-            const Real Vp = V( p ) * pressure( p );
-            forEachNode<Basis, Dim>(
-                s, layout,
-                [&]( const StencilNode<Dim>& i )
-                {
-                    const Real mw = mass * i.weight;
-                    const auto u = velocityAt<Affine, Dim>( v, C, p, i.dx );
-                    nodes( i.row, 0 ) += mw;
-                    for ( int d = 0; d < Dim; ++d )
-                    {
-                        nodes( i.row, 1 + d ) += mw * u[d];
-                        nodes( i.row, 1 + Dim + d ) += Vp * i.gradient[d];
-                    }
-                } );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
+            const auto u = loadVector<Dim>( v, p );
+            VectorOf<Dim, Lanes> affine[Dim];
+            loadMatrix<Dim>( C, p, affine );
+            const Lanes mass = load( m, p );
+            const Lanes Vp = load( V, p ) * load( pressure, p );
+            forEachNode( s, layout,
+                         [&]( const auto& i )
+                         {
+                             const auto u_i =
+                                 velocityAt<Affine, Dim>( u, affine, i.dx );
+                             const Lanes mw = mass * i.weight;
+                             Lanes values[1 + 2 * Dim];
+                             values[0] = mw;
+                             for ( int d = 0; d < Dim; ++d )
+                             {
+                                 values[1 + d] = mw * u_i[d];
+                                 values[1 + Dim + d] = Vp * i.gradient[d];
+                             }
+                             addColumns( nodes, p, i.row, 0, values );
+                         } );
         } );
 }
 

@@ -49,10 +49,11 @@ using NodeView = Kokkos::View<Real**, Kokkos::LayoutRight,
 using IndexList = Kokkos::View<int*, MemorySpace>;
 
 //! Scalar product. \param a, b [Dim].
-template <int Dim>
-KOKKOS_INLINE_FUNCTION Real dot( const Vector<Dim>& a, const Vector<Dim>& b )
+template <int Dim, class Number>
+KOKKOS_INLINE_FUNCTION Number dot( const Kokkos::Array<Number, Dim>& a,
+                                   const Kokkos::Array<Number, Dim>& b )
 {
-    Real sum = 0;
+    Number sum( 0.0 );
     for ( int d = 0; d < Dim; ++d )
         sum += a[d] * b[d];
     return sum;

@@ -120,8 +120,8 @@ TYPED_TEST( BasisTest, isContinuousAcrossCells )
 {
     constexpr int n = TypeParam::nodes;
     Real left[n], right[n];
-    TypeParam::weights( 1, left );
-    TypeParam::weights( 0, right );
+    TypeParam::weights( 1.0, left );
+    TypeParam::weights( 0.0, right );
     EXPECT_NEAR( left[0], 0, 1e-15 );
     EXPECT_NEAR( right[n - 1], 0, 1e-15 );
     for ( int i = 1; i < n; ++i )
@@ -147,9 +147,9 @@ void checkStencil()
     Real unity = 0, value = 0;
     Vector<Dim> gradient{};
     int visited = 0;
-    forEachNode<Basis, Dim>(
+    forEachNode(
         s, layout,
-        [&]( const StencilNode<Dim>& node )
+        [&]( const auto& node )
         {
             const auto y = layout.position( layout.indices( node.row ) );
             for ( int d = 0; d < Dim; ++d )

@@ -60,18 +60,18 @@ depositMoments( const NodeAccess& nodes, const Grid<Dim>& grid,
                 const Real mass, const Real volume, const Vector<Dim>& v,
                 const Vector<Dim> ( &C )[Dim] )
 {
-    forEachNode<Basis, Dim>( s, layout,
-                             [&]( const StencilNode<Dim>& i )
-                             {
-                                 const Real mw = mass * i.weight;
-                                 nodes( i.row, 0 ) += mw;
-                                 for ( int a = 0; a < Dim; ++a )
-                                     nodes( i.row, 1 + a ) +=
-                                         mw * ( v[a] + dot<Dim>( C[a], i.dx ) );
-                             } );
+    forEachNode( s, layout,
+                 [&]( const auto& i )
+                 {
+                     const Real mw = mass * i.weight;
+                     nodes( i.row, 0 ) += mw;
+                     for ( int a = 0; a < Dim; ++a )
+                         nodes( i.row, 1 + a ) +=
+                             mw * ( v[a] + dot<Dim>( C[a], i.dx ) );
+                 } );
     const Real filling = volume / grid.cellVolume();
     forEachFace( s, HalfwayWeights<Basis, Dim>( grid, s ), layout,
-                 [&]( const StencilFace& f ) {
+                 [&]( const auto& f ) {
                      nodes( f.row, 1 + 2 * Dim + f.axis ) += filling * f.weight;
                  } );
 }
@@ -258,7 +258,7 @@ void gatherRates( const State<Dim>& state, const NodeView& faces,
             Real rough = 0;       // sum w (1 - psi) |min(d, 0)|
             forEachFace(
                 s, HalfwayWeights<Basis, Dim>( grid, s ), layout,
-                [&]( const StencilFace& f )
+                [&]( const auto& f )
                 {
                     const Real d = f.weight * faces( f.row, Dim + f.axis );
                     D += d;
@@ -301,12 +301,12 @@ depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
 {
     const Real share = volume_pressure / grid.cellVolume();
     forEachFace( s, HalfwayWeights<Basis, Dim>( grid, s ), layout,
-                 [&]( const StencilFace& f )
+                 [&]( const auto& f )
                  { nodes( f.row, f.axis ) += share * f.weight; } );
     if ( mixed > 0 )
-        forEachNode<Basis, Dim>( s, layout,
-                                 [&]( const StencilNode<Dim>& i )
-                                 { nodes( i.row, Dim ) += mixed * i.weight; } );
+        forEachNode( s, layout,
+                     [&]( const auto& i )
+                     { nodes( i.row, Dim ) += mixed * i.weight; } );
 }
 
 //! m kb phi h max(-D, 0) / c of particle p, 0 without sound.

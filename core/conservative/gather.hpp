@@ -42,31 +42,31 @@ struct Gathered
             const NodeView& velocities, const NodeView& faces,
             const Vector<Dim>& v, const Vector<Dim> ( &C )[Dim] )
     {
-        forEachNode<Basis, Dim>(
-            s, layout,
-            [&]( const StencilNode<Dim>& i )
-            {
-                const Real beta = velocities( i.row, 2 * Dim );
-                const Real w = i.weight;
-                for ( int a = 0; a < Dim; ++a )
-                {
-                    const Real v_i = velocities( i.row, a );
-                    const Real kick = velocities( i.row, Dim + a ) - v_i;
-                    const Real shear = dot<Dim>( C[a], i.dx ); // u - v
-                    const Real lag = v_i - v[a] - shear;       // v_i - u
-                    const Real step = shear + beta * lag + kick;
-                    change[a] += w * step;
-                    squares += w * step * step;
-                    mixing += w * beta * ( 2 - beta ) * lag * lag;
-                    ahead[a] += w * ( v_i - v[a] + kick );
-                    for ( int b = 0; b < Dim; ++b )
-                        fit[a][b] +=
-                            step * ( Basis::constant_moment ? w * i.dx[b]
-                                                            : i.gradient[b] );
-                }
-            } );
+        forEachNode( s, layout,
+                     [&]( const auto& i )
+                     {
+                         const Real beta = velocities( i.row, 2 * Dim );
+                         const Real w = i.weight;
+                         for ( int a = 0; a < Dim; ++a )
+                         {
+                             const Real v_i = velocities( i.row, a );
+                             const Real kick =
+                                 velocities( i.row, Dim + a ) - v_i;
+                             const Real shear = dot<Dim>( C[a], i.dx ); // u - v
+                             const Real lag = v_i - v[a] - shear; // v_i - u
+                             const Real step = shear + beta * lag + kick;
+                             change[a] += w * step;
+                             squares += w * step * step;
+                             mixing += w * beta * ( 2 - beta ) * lag * lag;
+                             ahead[a] += w * ( v_i - v[a] + kick );
+                             for ( int b = 0; b < Dim; ++b )
+                                 fit[a][b] += step * ( Basis::constant_moment
+                                                           ? w * i.dx[b]
+                                                           : i.gradient[b] );
+                         }
+                     } );
         forEachFace( s, HalfwayWeights<Basis, Dim>( grid, s ), layout,
-                     [&]( const StencilFace& f )
+                     [&]( const auto& f )
                      {
                          expansion += f.weight * faces( f.row, f.axis ) *
                                       faces( f.row, Dim + f.axis );

@@ -40,7 +40,7 @@ struct CellPressure
         Real least = own;
         constexpr int places = Basis::nodes - 1;
         forEachCell( grid, s, halfway, layout,
-                     [&]( const StencilCell<Dim>& cell )
+                     [&]( const auto& cell )
                      {
                          const Real p = means( cell.row, 1 );
                          stiffness += cell.weight * means( cell.row, 2 );
@@ -96,7 +96,7 @@ void depositCellPressure( const State<Dim>& state, const Sums& sums )
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             const HalfwayWeights<Basis, Dim> halfway( grid, s );
             forEachCell( grid, s, halfway, layout,
-                         [&]( const StencilCell<Dim>& cell )
+                         [&]( const auto& cell )
                          {
                              const Real w = cell.weight;
                              cells( cell.row, 0 ) += w * V( p );
@@ -133,7 +133,7 @@ void depositTargetPressure( const State<Dim>& state, const NodeView& means,
             const Real rate = eta * around.trust * around.trust;
             const Real K = stiffness > 0 ? rate * V( p ) / stiffness : 0.0;
             forEachCell( grid, s, halfway, layout,
-                         [&]( const StencilCell<Dim>& cell )
+                         [&]( const auto& cell )
                          {
                              const Real target =
                                  pressure( p ) +
@@ -202,7 +202,7 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
             Real volume = 0;
             Real work = 0;
             forEachCell( grid, s, halfway, layout,
-                         [&]( const StencilCell<Dim>& cell )
+                         [&]( const auto& cell )
                          {
                              const Real weight = sums( cell.row, 0 );
                              if ( weight <= 0 )
@@ -257,13 +257,13 @@ void depositHeat( const State<Dim>& state, const Share& share,
                 return;
             const auto nodes = sums.access();
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            forEachNode<Basis, Dim>( s, layout,
-                                     [&]( const StencilNode<Dim>& i )
-                                     {
-                                         const Real mw = mass * i.weight;
-                                         nodes( i.row, 0 ) += mw;
-                                         nodes( i.row, 1 ) += mw * e( p );
-                                     } );
+            forEachNode( s, layout,
+                         [&]( const auto& i )
+                         {
+                             const Real mw = mass * i.weight;
+                             nodes( i.row, 0 ) += mw;
+                             nodes( i.row, 1 ) += mw * e( p );
+                         } );
         } );
 }
 
@@ -300,15 +300,14 @@ void mixHeat( const State<Dim>& state, NodeSum& heat, const Real ck )
                 return;
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             Real change = 0;
-            forEachNode<Basis, Dim>(
-                s, layout,
-                [&]( const StencilNode<Dim>& i )
-                {
-                    const Real mass = sums( i.row, 0 );
-                    if ( mass > 0 )
-                        change +=
-                            i.weight * ( sums( i.row, 1 ) / mass - e( p ) );
-                } );
+            forEachNode( s, layout,
+                         [&]( const auto& i )
+                         {
+                             const Real mass = sums( i.row, 0 );
+                             if ( mass > 0 )
+                                 change += i.weight *
+                                           ( sums( i.row, 1 ) / mass - e( p ) );
+                         } );
             e( p ) += part * change;
         } );
 }

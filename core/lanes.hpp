@@ -1,0 +1,271 @@
+/*!
+  \file lanes.hpp
+  \brief Layer 2: numbers of several particles at once, so that kernels use the
+  vector registers of a CPU. On a GPU, whose threads are lanes, one particle.
+
+  A kernel is written once for a Number: Real with a particle's row `int p`, or
+  Lanes with a `Pack p` of consecutive particles. load, store, choose and at
+  take either. Compare Lanes with < and <= alone: in Kokkos 4.7.0, > and >= of
+  AVX-512 registers are the wrong way round.
+*/
+#ifndef MACHPOINT_LANES_HPP
+#define MACHPOINT_LANES_HPP
+
+#include <core/types.hpp>
+
+#if !defined( KOKKOS_ENABLE_CUDA ) && !defined( KOKKOS_ENABLE_HIP ) &&         \
+    !defined( KOKKOS_ENABLE_SYCL )
+#define MACHPOINT_HAS_LANES
+#include <Kokkos_SIMD.hpp>
+#include <cstring>
+#endif
+
+namespace Machpoint
+{
+
+//! Vector [Dim] of any Number.
+template <int Dim, class Number>
+using VectorOf = Kokkos::Array<Number, Dim>;
+
+#ifdef MACHPOINT_HAS_LANES
+
+//! A number of each particle of a pack.
+using Lanes = Kokkos::Experimental::simd<Real>;
+//! A truth value of each particle of a pack.
+using LaneMask = typename Lanes::mask_type;
+//! Particles of a pack.
+inline constexpr int lane_count = static_cast<int>( Lanes::size() );
+
+//! Node rows of the particles of a pack: row[l] + shift.
+struct LaneRows
+{
+    const int* row;
+    int shift;
+};
+
+#else
+
+using Lanes = Real;
+using LaneMask = bool;
+inline constexpr int lane_count = 1;
+
+#endif
+
+//! Particles first to first + count - 1, at most lane_count. The last pack of a
+//! loop may have fewer; its other lanes hold memory of no particle, which is
+//! there to be read and written, as an AoSoA allocates whole tiles.
+struct Pack
+{
+    int first;
+    int count;
+
+    //! Pack k of n particles.
+    KOKKOS_FORCEINLINE_FUNCTION static Pack of( const int k, const int n )
+    {
+        const int first = k * lane_count;
+        return { first, n - first < lane_count ? n - first : lane_count };
+    }
+};
+
+//! The packs of n particles.
+inline Range packs( const int n )
+{
+    return Range( 0, ( n + lane_count - 1 ) / lane_count );
+}
+
+//! \name One particle
+//! @{
+KOKKOS_FORCEINLINE_FUNCTION Real choose( const bool first, const Real a,
+                                         const Real b )
+{
+    return first ? a : b;
+}
+KOKKOS_FORCEINLINE_FUNCTION bool any( const bool mask )
+{
+    return mask;
+}
+
+//! Component d... of particle p.
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION Real load( const Slice& slice, const int p,
+                                       const D... d )
+{
+    return slice( p, d... );
+}
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Real value,
+                                        const int p, const D... d )
+{
+    slice( p, d... ) = value;
+}
+//! Column c of a node.
+KOKKOS_FORCEINLINE_FUNCTION Real at( const NodeView& nodes, const int row,
+                                     const int c )
+{
+    return nodes( row, c );
+}
+//! Node row: the stencil's first, and how far from it.
+KOKKOS_FORCEINLINE_FUNCTION int rowAt( const int base, const int shift )
+{
+    return base + shift;
+}
+//! @}
+
+#ifndef MACHPOINT_HAS_LANES
+
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION Real load( const Slice& slice, const Pack p,
+                                       const D... d )
+{
+    return slice( p.first, d... );
+}
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Real value,
+                                        const Pack p, const D... d )
+{
+    slice( p.first, d... ) = value;
+}
+
+#else
+
+//! \name Several particles
+//! @{
+inline Lanes choose( const LaneMask& first, const Lanes& a, const Lanes& b )
+{
+    return Kokkos::Experimental::condition( first, a, b );
+}
+inline bool any( const LaneMask& mask )
+{
+    return Kokkos::Experimental::any_of( mask );
+}
+
+// A slice of an AoSoA holds as many neighbours as its tiles are long, and packs
+// never cross tiles.
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION Lanes load( const Slice& slice, const Pack p,
+                                        const D... d )
+{
+    static_assert( Slice::vector_length % lane_count == 0 );
+    Lanes value;
+    std::memcpy( static_cast<void*>( &value ), &slice( p.first, d... ),
+                 sizeof( Lanes ) );
+    return value;
+}
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Lanes& value,
+                                        const Pack p, const D... d )
+{
+    static_assert( Slice::vector_length % lane_count == 0 );
+    std::memcpy( &slice( p.first, d... ), static_cast<const void*>( &value ),
+                 sizeof( Lanes ) );
+}
+
+KOKKOS_FORCEINLINE_FUNCTION Lanes at( const NodeView& nodes,
+                                      const LaneRows& rows, const int c )
+{
+    const std::size_t columns = nodes.stride( 0 );
+    const Real* const first =
+        nodes.data() + static_cast<std::size_t>( rows.shift ) * columns + c;
+#if defined( __AVX512F__ )
+    if constexpr ( lane_count == 8 )
+    {
+        const __m512i offset = _mm512_mullo_epi64(
+            _mm512_cvtepi32_epi64( _mm256_loadu_si256(
+                reinterpret_cast<const __m256i*>( rows.row ) ) ),
+            _mm512_set1_epi64( static_cast<long long>( columns ) ) );
+        return Lanes( _mm512_i64gather_pd( offset, first, sizeof( Real ) ) );
+    }
+#endif
+    return Lanes( [&]( const auto l )
+                  { return first[rows.row[l] * columns]; } );
+}
+
+//! Rows of stencils, one of each lane.
+struct LaneBases
+{
+    int row[lane_count];
+};
+KOKKOS_FORCEINLINE_FUNCTION LaneRows rowAt( const LaneBases& base,
+                                            const int shift )
+{
+    return { base.row, shift };
+}
+//! @}
+
+#endif
+
+//! \name Rows of stencils, one of each particle
+//! @{
+template <class Number>
+struct BasesOf
+{
+    using type = int;
+};
+template <class Number>
+using Bases = typename BasesOf<Number>::type;
+
+//! From whole numbers.
+KOKKOS_FORCEINLINE_FUNCTION int toBases( const Real rows )
+{
+    return static_cast<int>( rows );
+}
+#ifdef MACHPOINT_HAS_LANES
+template <>
+struct BasesOf<Lanes>
+{
+    using type = LaneBases;
+};
+KOKKOS_FORCEINLINE_FUNCTION LaneBases toBases( const Lanes& rows )
+{
+    Real values[lane_count];
+    std::memcpy( values, static_cast<const void*>( &rows ), sizeof( Lanes ) );
+    LaneBases bases;
+    for ( int l = 0; l < lane_count; ++l )
+        bases.row[l] = static_cast<int>( values[l] );
+    return bases;
+}
+#endif
+//! A node's row in a kernel.
+template <class Number>
+using NodeRow = decltype( rowAt( std::declval<const Bases<Number>&>(), 0 ) );
+//! @}
+
+//! x, but not below `least` nor above `most`; `least` for a NaN.
+template <class Number>
+KOKKOS_FORCEINLINE_FUNCTION Number clip( const Number& x, const Number& least,
+                                         const Number& most )
+{
+    const Number raised = choose( least < x, x, least );
+    return choose( raised < most, raised, most );
+}
+
+//! The Number of a particle's row.
+template <class Particle>
+using NumberOf =
+    std::conditional_t<std::is_same_v<Particle, Pack>, Lanes, Real>;
+
+//! Position, velocity or other vector [Dim] of a particle or pack.
+template <int Dim, class Slice, class Particle>
+KOKKOS_FORCEINLINE_FUNCTION VectorOf<Dim, NumberOf<Particle>>
+loadVector( const Slice& slice, const Particle p )
+{
+    VectorOf<Dim, NumberOf<Particle>> x{};
+    for ( int d = 0; d < Dim; ++d )
+        x[d] = load( slice, p, d );
+    return x;
+}
+
+//! Matrix [Dim][Dim] of a particle or pack, row by row.
+template <int Dim, class Slice, class Particle>
+KOKKOS_FORCEINLINE_FUNCTION void
+loadMatrix( const Slice& slice, const Particle p,
+            VectorOf<Dim, NumberOf<Particle>> ( &rows )[Dim] )
+{
+    for ( int a = 0; a < Dim; ++a )
+        for ( int b = 0; b < Dim; ++b )
+            rows[a][b] = load( slice, p, a, b );
+}
+
+} // namespace Machpoint
+
+#endif
