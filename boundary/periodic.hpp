@@ -36,23 +36,33 @@ class Periodic : public Module<Dim>
         return { { _side, SideKind::periodic } };
     }
 
+    //! The upper side acts for both.
     int applyToParticles( State<Dim>& state ) override
     {
-        const auto x = state.particles.template slice<Position>();
         const int axis = _side / 2;
-        const bool upper = _side % 2 == 1;
+        if ( _side % 2 == 0 )
+            return 0;
+        const auto x = state.particles.template slice<Position>();
         const Real lower = state.grid.lower[axis];
-        const Real length = state.grid.upper[axis] - lower;
+        const Real upper = state.grid.upper[axis];
+        const Real length = upper - lower;
+        const int n = state.particles.size();
         Kokkos::parallel_for(
-            "Machpoint::periodic", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p ) {
-                Real s = x( p, axis ) - lower;
-                if ( upper ? s >= length : s < 0 )
-                {
-                    s += upper ? -length : length;
-                    // -1e-17 + length rounds to length, which has no cell.
-                    x( p, axis ) = s < length ? lower + s : lower;
-                }
+            "Machpoint::periodic", packs( n ), KOKKOS_LAMBDA( const int k ) {
+                const Pack p = Pack::of( k, n );
+                const Lanes old = load( x, p, axis );
+                const LaneMask below = old < Lanes( lower );
+                const LaneMask above = Lanes( upper ) <= old;
+                if ( !any( below || above ) )
+                    return;
+                const Lanes s = old - lower;
+                const Lanes moved =
+                    choose( below, Lanes( s + length ), Lanes( s - length ) );
+                // -1e-17 + length rounds to length, which has no cell.
+                const Lanes inside =
+                    choose( moved < Lanes( length ), Lanes( lower + moved ),
+                            Lanes( lower ) );
+                store( x, choose( below || above, inside, old ), p, axis );
             } );
         return 0;
     }

@@ -344,6 +344,49 @@ struct HalfwayWeights
     }
 };
 
+//! A node of a stencil and the faces between it and the next node along each
+//! axis, as seen by the particle.
+template <int Dim, class Number = Real>
+struct StencilCorner
+{
+    NodeRow<Number> row;         //!< row in a NodeView
+    Number weight;               //!< w_ip
+    VectorOf<Dim, Number> dx;    //!< x_i - x_p, length
+    VectorOf<Dim, Number> faces; //!< w^a_f; 0 beyond the last node
+};
+
+//! Calls visit(StencilCorner) for every node of a stencil, x fastest.
+template <class Basis, int Dim, class Number, class Visitor>
+KOKKOS_FORCEINLINE_FUNCTION void
+forEachCorner( const Stencil<Basis, Dim, Number>& s,
+               const HalfwayWeights<Basis, Dim, Number>& halfway,
+               const NodeLayout<Dim>& layout, const Visitor& visit )
+{
+    constexpr int n = Basis::nodes;
+    StencilCorner<Dim, Number> corner;
+    for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
+        for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
+            for ( int i = 0; i < n; ++i )
+            {
+                const int at[3] = { i, j, k };
+                int row = 0;
+                corner.weight = Number( 1.0 );
+                for ( int a = 0; a < Dim; ++a )
+                {
+                    row += at[a] * layout.stride[a];
+                    corner.weight *= s.w[a][at[a]];
+                    corner.dx[a] = s.dx[a][at[a]];
+                    corner.faces[a] =
+                        at[a] < n - 1 ? halfway.c[a][at[a]] : Number( 0.0 );
+                    for ( int b = 0; b < Dim; ++b )
+                        if ( b != a )
+                            corner.faces[a] *= s.w[b][at[b]];
+                }
+                corner.row = rowAt( s.base, row );
+                visit( corner );
+            }
+}
+
 //! One face of a stencil, as seen by the particle.
 template <class Number = Real>
 struct StencilFace

@@ -230,6 +230,41 @@ template <class Number>
 using NodeRow = decltype( rowAt( std::declval<const Bases<Number>&>(), 0 ) );
 //! @}
 
+//! \name Over the particles of a pack
+//! @{
+#ifdef MACHPOINT_HAS_LANES
+//! Which lanes stand for particles.
+inline LaneMask active( const Pack p )
+{
+    if ( p.count == lane_count )
+        return LaneMask( true );
+    return Lanes( []( const auto l ) { return static_cast<Real>( l ); } ) <
+           Lanes( static_cast<Real>( p.count ) );
+}
+inline Real largest( const Lanes& x )
+{
+    return Kokkos::Experimental::reduce_max( x );
+}
+inline Real smallest( const Lanes& x )
+{
+    return Kokkos::Experimental::reduce_min( x );
+}
+#else
+KOKKOS_FORCEINLINE_FUNCTION bool active( const Pack )
+{
+    return true;
+}
+KOKKOS_FORCEINLINE_FUNCTION Real largest( const Real x )
+{
+    return x;
+}
+KOKKOS_FORCEINLINE_FUNCTION Real smallest( const Real x )
+{
+    return x;
+}
+#endif
+//! @}
+
 //! x, but not below `least` nor above `most`; `least` for a NaN.
 template <class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number clip( const Number& x, const Number& least,

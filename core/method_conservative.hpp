@@ -177,14 +177,23 @@ struct Conservative : MethodDefaults
             gas.advancePressure( state, 0.5 * state.dt );
         auto& stress = storage.stress;
         const Real kb = parts.blend_in_compression;
-        stress.deposit( [&]( const auto& sums )
-                        { Impl::depositStress<Basis>( state, kb, sums ); } );
         if ( kb > 0 )
+        {
+            stress.deposit(
+                [&]( const auto& sums )
+                { Impl::depositStress<true, Basis>( state, kb, sums ); } );
             stress.fold( state.halo, stressComponents<Dim>() );
+        }
         else
+        {
+            stress.deposit(
+                [&]( const auto& sums )
+                { Impl::depositStress<false, Basis>( state, kb, sums ); } );
             stress.fold( state.halo, faceComponents<Dim>() );
+        }
         state.halo.fill( stress.field(), faceComponents<Dim>() );
-        Impl::pressureForce( state, faces, stress.field(), parts.blend );
+        Impl::pressureForce( state, faces, stress.field(), kb > 0,
+                             parts.blend );
     }
 
     //! Sections 5 to 7.

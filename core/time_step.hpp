@@ -43,21 +43,41 @@ ParticleSurvey surveyParticles( const State<Dim>& state )
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto c = state.particles.template slice<SoundSpeed>();
+    const int n = state.particles.size();
     ParticleSurvey survey;
     Kokkos::parallel_reduce(
-        "Machpoint::survey", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p, ParticleSurvey& sum ) {
-            const auto u = get<Dim>( v, p );
-            const Real speed = Kokkos::sqrt( dot<Dim>( u, u ) );
+        "Machpoint::survey", packs( n ),
+        KOKKOS_LAMBDA( const int k, ParticleSurvey& sum ) {
+            const Pack p = Pack::of( k, n );
+            const LaneMask counts = active( p );
+            const Lanes huge( 1e300 );
+            const Lanes zero( 0.0 );
+            const auto u = loadVector<Dim>( v, p );
+            const Lanes volume = load( V, p );
+            const Lanes energy = load( e, p );
+            const Lanes sound = load( c, p );
+            const Lanes speed = Kokkos::sqrt( dot<Dim>( u, u ) );
+            const Lanes fastest = sound + speed;
+            const Lanes mach =
+                choose( zero < sound, Lanes( speed / sound ), zero );
             ParticleSurvey own;
-            own.fastest = c( p ) + speed;
-            own.extrema.min_density = m( p ) / V( p );
-            own.extrema.min_specific_internal_energy = e( p );
-            own.extrema.max_mach = c( p ) > 0 ? speed / c( p ) : 0.0;
+            own.fastest = largest( choose( counts, fastest, zero ) );
+            own.extrema.max_mach = largest( choose( counts, mach, zero ) );
+            own.extrema.min_density = smallest(
+                choose( counts, Lanes( load( m, p ) / volume ), huge ) );
+            own.extrema.min_specific_internal_energy =
+                smallest( choose( counts, energy, huge ) );
             // Written so that a NaN is caught too.
-            const bool sound = own.fastest < 1e300 && V( p ) > 0 &&
-                               Kokkos::abs( e( p ) ) < 1e300;
-            own.broken = sound ? -1 : p;
+            const LaneMask sound_gas =
+                fastest < huge && zero < volume && Kokkos::abs( energy ) < huge;
+            if ( any( counts && !sound_gas ) )
+                for ( int q = p.first; q < p.first + p.count; ++q )
+                {
+                    const auto w = get<Dim>( v, q );
+                    if ( !( c( q ) + Kokkos::sqrt( dot<Dim>( w, w ) ) < 1e300 &&
+                            V( q ) > 0 && Kokkos::abs( e( q ) ) < 1e300 ) )
+                        own.broken = q;
+                }
             sum += own;
         },
         survey );
@@ -91,6 +111,32 @@ struct Fault
     }
 };
 
+//! What is wrong with particle p. \param positive_energy is a negative energy a
+//! fault?
+template <int Dim, class Vectors, class Scalars>
+KOKKOS_INLINE_FUNCTION FaultKind
+kindOfFault( const Vectors& x, const Vectors& old_x, const Vectors& v,
+             const Scalars& V, const Scalars& e, const Vector<Dim>& spacing,
+             const int p, const bool positive_energy )
+{
+    // Written so that a NaN is caught too.
+    bool finite = Kokkos::abs( e( p ) ) < 1e300 && V( p ) < 1e300;
+    bool near = true;
+    for ( int d = 0; d < Dim; ++d )
+    {
+        const Real moved = Kokkos::abs( x( p, d ) - old_x( p, d ) );
+        finite = finite && moved < 1e300 && Kokkos::abs( v( p, d ) ) < 1e150;
+        near = near && moved <= spacing[d];
+    }
+    if ( !finite )
+        return FaultKind::not_finite;
+    if ( !( V( p ) > 0 ) )
+        return FaultKind::no_volume;
+    if ( positive_energy && !( e( p ) > 0 ) )
+        return FaultKind::negative_energy;
+    return near ? FaultKind::none : FaultKind::moved_too_far;
+}
+
 /*!
   \brief The check after a step: finite, positive volume and energy, no
   particle moved by more than a cell since Particles::save.
@@ -105,31 +151,34 @@ Fault findFault( const State<Dim>& state, const bool positive_energy )
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto old_x = Cabana::slice<Position>( state.particles.saved() );
     const auto spacing = state.grid.spacing;
+    const int n = state.particles.size();
+    const Real least_energy =
+        positive_energy ? 0 : -Kokkos::Experimental::infinity_v<Real>;
     Fault fault;
     Kokkos::parallel_reduce(
-        "Machpoint::findFault", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p, Fault& worst ) {
+        "Machpoint::findFault", packs( n ),
+        KOKKOS_LAMBDA( const int k, Fault& worst ) {
+            const Pack p = Pack::of( k, n );
             // Written so that a NaN is caught too.
-            bool finite = Kokkos::abs( e( p ) ) < 1e300 && V( p ) < 1e300;
-            bool near = true;
+            const Lanes huge( 1e300 );
+            const Lanes energy = load( e, p );
+            const Lanes volume = load( V, p );
+            LaneMask fine = Lanes( least_energy ) < energy && energy < huge &&
+                            Lanes( 0.0 ) < volume && volume < huge;
             for ( int d = 0; d < Dim; ++d )
-            {
-                const Real moved = Kokkos::abs( x( p, d ) - old_x( p, d ) );
-                finite =
-                    finite && moved < 1e300 && Kokkos::abs( v( p, d ) ) < 1e150;
-                near = near && moved <= spacing[d];
-            }
-            Fault own{ p, FaultKind::none };
-            if ( !finite )
-                own.kind = FaultKind::not_finite;
-            else if ( !( V( p ) > 0 ) )
-                own.kind = FaultKind::no_volume;
-            else if ( positive_energy && !( e( p ) > 0 ) )
-                own.kind = FaultKind::negative_energy;
-            else if ( !near )
-                own.kind = FaultKind::moved_too_far;
-            if ( own.kind != FaultKind::none )
-                worst += own;
+                fine = fine &&
+                       Kokkos::abs( load( x, p, d ) - load( old_x, p, d ) ) <=
+                           Lanes( spacing[d] ) &&
+                       Kokkos::abs( load( v, p, d ) ) < Lanes( 1e150 );
+            if ( any( active( p ) && !fine ) )
+                for ( int q = p.first; q < p.first + p.count; ++q )
+                {
+                    const Fault own{ q, kindOfFault<Dim>( x, old_x, v, V, e,
+                                                          spacing, q,
+                                                          positive_energy ) };
+                    if ( own.kind != FaultKind::none )
+                        worst += own;
+                }
         },
         fault );
     return fault;

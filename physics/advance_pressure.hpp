@@ -23,15 +23,19 @@ void advancePressure( const State<Dim>& state, const Real time,
     const auto divergence = Cabana::slice<Divergence>( state.rates->data() );
     const auto expansion = Cabana::slice<Expansion>( state.rates->data() );
     const auto viscous = Cabana::slice<ViscousPressure>( state.rates->data() );
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::advancePressure", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            const Real q = viscous( p );
-            const Real J = Kokkos::max( 0.2, 1 + time * expansion( p ) );
-            const Real advanced =
-                ( pressure( p ) - q + p_inf ) * Kokkos::pow( J, -gamma ) -
-                ( gamma - 1 ) * time * q * divergence( p ) / J;
-            pressure( p ) = Kokkos::max( advanced, 0.0 ) - p_inf + q;
+        "Machpoint::advancePressure", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const Lanes q = load( viscous, p );
+            const Lanes J =
+                Kokkos::max( 1 + time * load( expansion, p ), Lanes( 0.2 ) );
+            const Lanes advanced =
+                ( load( pressure, p ) - q + p_inf ) *
+                    Kokkos::pow( J, Lanes( -gamma ) ) -
+                ( gamma - 1 ) * time * q * load( divergence, p ) / J;
+            store( pressure, Kokkos::max( advanced, Lanes( 0.0 ) ) - p_inf + q,
+                   p );
         } );
 }
 

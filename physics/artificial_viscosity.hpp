@@ -87,16 +87,21 @@ class ArtificialViscosity : public Module<Dim>
         const Real c1 = _linear;
         const Real c2 = _quadratic;
         const Real h = state.grid.minSpacing();
+        const int n = state.particles.size();
         Kokkos::parallel_for(
-            "Machpoint::viscousPressure", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p ) {
-                const Real D = Kokkos::min( divergence( p ), 0.0 );
-                const Real s =
-                    D < 0 ? limiter( p ) * ( c1 * c( p ) - c2 * h * D ) : 0.0;
-                const Real q = -m( p ) / V( p ) * h * D * s;
-                speed( p ) = s;
-                viscous( p ) = q;
-                pressure( p ) += q;
+            "Machpoint::viscousPressure", packs( n ),
+            KOKKOS_LAMBDA( const int k ) {
+                const Pack p = Pack::of( k, n );
+                const Lanes hD =
+                    h * Kokkos::min( load( divergence, p ), Lanes( 0.0 ) );
+                const Lanes s = choose( hD < Lanes( 0.0 ),
+                                        load( limiter, p ) *
+                                            ( c1 * load( c, p ) - c2 * hD ),
+                                        Lanes( 0.0 ) );
+                const Lanes q = -load( m, p ) / load( V, p ) * hD * s;
+                store( speed, s, p );
+                store( viscous, q, p );
+                store( pressure, load( pressure, p ) + q, p );
             } );
     }
 
@@ -116,14 +121,18 @@ class ArtificialViscosity : public Module<Dim>
         const auto v = state.particles.template slice<Velocity>();
         const auto c = state.particles.template slice<SoundSpeed>();
         const auto viscous = Cabana::slice<ViscousSpeed>( state.rates->data() );
+        const int n = state.particles.size();
         Real fastest = 0;
         Kokkos::parallel_reduce(
-            "Machpoint::limitViscosity", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p, Real& max ) {
-                const auto u = get<Dim>( v, p );
-                max = Kokkos::max( max, c( p ) +
-                                            Kokkos::sqrt( dot<Dim>( u, u ) ) +
-                                            2 * viscous( p ) );
+            "Machpoint::limitViscosity", packs( n ),
+            KOKKOS_LAMBDA( const int k, Real& max ) {
+                const Pack p = Pack::of( k, n );
+                const auto u = loadVector<Dim>( v, p );
+                const Lanes speed = load( c, p ) +
+                                    Kokkos::sqrt( dot<Dim>( u, u ) ) +
+                                    2 * load( viscous, p );
+                max = Kokkos::max( max, largest( choose( active( p ), speed,
+                                                         Lanes( 0.0 ) ) ) );
             },
             Kokkos::Max<Real>( fastest ) );
         return fastest;

@@ -44,14 +44,18 @@ class IdealGas : public EquationOfState<Dim>
         const auto pressure = state.particles.template slice<Pressure>();
         const auto sound_speed = state.particles.template slice<SoundSpeed>();
         const Real gamma = _gamma;
+        const int n = state.particles.size();
         Kokkos::parallel_for(
-            "Machpoint::idealGas", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p ) {
+            "Machpoint::idealGas", packs( n ), KOKKOS_LAMBDA( const int k ) {
+                const Pack p = Pack::of( k, n );
+                const Lanes heat = ( gamma - 1 ) * load( e, p );
+                store( pressure, heat * load( m, p ) / load( V, p ), p );
                 // The paper's energy update can lose all of a cold gas's
                 // energy; its sound speed is then taken as 0.
-                pressure( p ) = ( gamma - 1 ) * m( p ) / V( p ) * e( p );
-                sound_speed( p ) = Kokkos::sqrt( gamma * ( gamma - 1 ) *
-                                                 Kokkos::max( e( p ), 0.0 ) );
+                store(
+                    sound_speed,
+                    Kokkos::sqrt( Kokkos::max( gamma * heat, Lanes( 0.0 ) ) ),
+                    p );
             } );
     }
 

@@ -52,28 +52,39 @@ void driftParticles( const State<Dim>& state,
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto grid = state.grid;
     const Real half = 0.5 * state.dt;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::driftParticles", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            start_volume( p ) = V( p );
-            V( p ) *= Kokkos::max( 1 + half * expansion( p ), 0.2 );
+        "Machpoint::driftParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const Lanes volume = load( V, p );
+            store( start_volume, volume, p );
+            store( V,
+                   volume * Kokkos::max( 1 + half * load( expansion, p ),
+                                         Lanes( 0.2 ) ),
+                   p );
             for ( int b = 0; b < Dim; ++b )
             {
-                const Real before = x( p, b );
-                x( p, b ) += half * ( v( p, b ) + extra( p, b ) );
-                if ( !Basis::constant_moment )
+                const Lanes before = load( x, p, b );
+                const Lanes after =
+                    before + half * ( load( v, p, b ) + load( extra, p, b ) );
+                store( x, after, p, b );
+                if constexpr ( !Basis::constant_moment )
                 {
-                    const Real moment = momentAt<Basis, Dim>( grid, before, b );
-                    const Real moment_new =
-                        momentAt<Basis, Dim>( grid, x( p, b ), b );
-                    const Real factor =
+                    const Lanes moment =
+                        momentAt<Basis, Dim>( grid, before, b );
+                    const Lanes moment_new =
+                        momentAt<Basis, Dim>( grid, after, b );
+                    const Lanes factor =
                         slopeFactor<Basis>( moment, moment_new );
                     for ( int a = 0; a < Dim; ++a )
                     {
-                        const Real slope = C( p, a, b );
-                        C( p, a, b ) = slope * factor;
-                        e( p ) += 0.5 * slope * slope *
-                                  ( moment - factor * factor * moment_new );
+                        const Lanes slope = load( C, p, a, b );
+                        store( C, slope * factor, p, a, b );
+                        store( e,
+                               load( e, p ) + 0.5 * slope * slope *
+                                                  ( moment - factor * factor *
+                                                                 moment_new ),
+                               p );
                     }
                 }
             }

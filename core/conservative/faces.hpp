@@ -52,38 +52,39 @@ NodeComponents<1 + 3 * Dim> conservativeMoments()
     return list;
 }
 
-//! Adds one particle, or one image of it, to mass, momentum and theta.
-template <class Basis, int Dim, class NodeAccess>
-KOKKOS_FORCEINLINE_FUNCTION void
-depositMoments( const NodeAccess& nodes, const Grid<Dim>& grid,
-                const NodeLayout<Dim>& layout, const Stencil<Basis, Dim>& s,
-                const Real mass, const Real volume, const Vector<Dim>& v,
-                const Vector<Dim> ( &C )[Dim] )
+//! Adds particles, or one image of one, to mass, momentum and theta.
+//! \param p a particle's row or a pack
+template <class Basis, int Dim, class Number, class NodeAccess, class Particle>
+KOKKOS_FORCEINLINE_FUNCTION void depositMoments(
+    const NodeAccess& nodes, const Grid<Dim>& grid,
+    const NodeLayout<Dim>& layout, const Stencil<Basis, Dim, Number>& s,
+    const Particle p, const Number& mass, const Number& volume,
+    const VectorOf<Dim, Number>& v, const VectorOf<Dim, Number> ( &C )[Dim] )
 {
-    forEachNode( s, layout,
-                 [&]( const auto& i )
-                 {
-                     const Real mw = mass * i.weight;
-                     nodes( i.row, 0 ) += mw;
-                     for ( int a = 0; a < Dim; ++a )
-                         nodes( i.row, 1 + a ) +=
-                             mw * ( v[a] + dot<Dim>( C[a], i.dx ) );
-                 } );
-    const Real filling = volume / grid.cellVolume();
-    forEachFace( s, HalfwayWeights<Basis, Dim>( grid, s ), layout,
-                 [&]( const auto& f ) {
-                     nodes( f.row, 1 + 2 * Dim + f.axis ) += filling * f.weight;
-                 } );
-}
-
-//! Affine matrix of particle p, row by row.
-template <int Dim, class GradientSlice>
-KOKKOS_FORCEINLINE_FUNCTION void
-loadAffine( const GradientSlice& C, const int p, Vector<Dim> ( &rows )[Dim] )
-{
-    for ( int a = 0; a < Dim; ++a )
-        for ( int b = 0; b < Dim; ++b )
-            rows[a][b] = C( p, a, b );
+    const Number filling = volume / grid.cellVolume();
+    forEachCorner( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
+                   [&]( const auto& i )
+                   {
+                       const auto u = affineVelocity<Dim>( v, C, i.dx );
+                       // All columns at once, the force's too where that is no
+                       // detour.
+                       constexpr bool together =
+                           lane_count > 1 && 1 + 3 * Dim <= 8;
+                       constexpr int theta = together ? 1 + 2 * Dim : 0;
+                       Number moments[together ? 1 + 3 * Dim : 1 + Dim]{};
+                       Number fillings[Dim];
+                       moments[0] = mass * i.weight;
+                       for ( int a = 0; a < Dim; ++a )
+                       {
+                           moments[1 + a] = moments[0] * u[a];
+                           fillings[a] = filling * i.faces[a];
+                           if ( together )
+                               moments[theta + a] = fillings[a];
+                       }
+                       addColumns( nodes, p, i.row, 0, moments );
+                       if ( !together )
+                           addColumns( nodes, p, i.row, 1 + 2 * Dim, fillings );
+                   } );
 }
 
 //! R C R, row by row: the affine matrix as a mirror shows it.
@@ -118,31 +119,34 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto images = state.images;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::depositParticles", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            const auto nodes = sums.access();
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            Vector<Dim> affine[Dim];
-            loadAffine<Dim>( C, p, affine );
-            depositMoments<Basis, Dim>( nodes, grid, layout, s, m( p ), V( p ),
-                                        get<Dim>( v, p ), affine );
+        "Machpoint::depositParticles", packs( n ),
+        KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
+            VectorOf<Dim, Lanes> affine[Dim];
+            loadMatrix<Dim>( C, p, affine );
+            depositMoments<Basis, Dim>( sums.access(), grid, layout, s, p,
+                                        load( m, p ), load( V, p ),
+                                        loadVector<Dim>( v, p ), affine );
         } );
     if ( images.count > 0 )
         Kokkos::parallel_for(
             "Machpoint::depositImages", Range( 0, images.count ),
             KOKKOS_LAMBDA( const int k ) {
-                const auto nodes = sums.access();
                 const int p = images.particle( k );
                 const auto mirror = images.mirror( k );
                 const Stencil<Basis, Dim> s( grid, layout,
                                              mirror.point( get<Dim>( x, p ) ) );
                 Vector<Dim> affine[Dim];
-                loadAffine<Dim>( C, p, affine );
+                loadMatrix<Dim>( C, p, affine );
                 mirrorAffine<Dim>( mirror, affine );
                 depositMoments<Basis, Dim>(
-                    nodes, grid, layout, s, m( p ), V( p ),
-                    mirror.direction( get<Dim>( v, p ) ), affine );
+                    sums.access(), grid, layout, s, p, load( m, p ),
+                    load( V, p ), mirror.direction( get<Dim>( v, p ) ),
+                    affine );
             } );
 }
 
@@ -246,70 +250,86 @@ void gatherRates( const State<Dim>& state, const NodeView& faces,
     const auto grid = state.grid;
     const auto layout = state.layout;
     const Real h = grid.minSpacing();
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::gatherRates", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            if ( !part.contains( p ) )
+        "Machpoint::gatherRates", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const LaneMask mine = part.contains( p );
+            if ( !any( mine ) )
                 return;
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            Real D = 0;
-            Real normalised = 0;
-            Real compression = 0; // sum w |min(d, 0)|
-            Real rough = 0;       // sum w (1 - psi) |min(d, 0)|
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
+            const Lanes zero( 0.0 );
+            Lanes D = zero;
+            Lanes normalised = zero;
+            Lanes compression = zero; // sum w |min(d, 0)|
+            Lanes rough = zero;       // sum w (1 - psi) |min(d, 0)|
             forEachFace(
-                s, HalfwayWeights<Basis, Dim>( grid, s ), layout,
+                s, HalfwayWeights<Basis, Dim, Lanes>( grid, s ), layout,
                 [&]( const auto& f )
                 {
-                    const Real d = f.weight * faces( f.row, Dim + f.axis );
+                    const Lanes d = f.weight * at( faces, f.row, Dim + f.axis );
                     D += d;
-                    normalised += d * faces( f.row, f.axis );
-                    const Real closing = Kokkos::max( -d, 0.0 );
-                    compression += closing;
-                    rough +=
-                        closing *
-                        ( Limited ? faces( f.row, 2 * Dim + f.axis ) : 1.0 );
+                    normalised += d * at( faces, f.row, f.axis );
+                    if ( Limited )
+                    {
+                        const Lanes closing = Kokkos::max( -d, zero );
+                        compression += closing;
+                        rough += closing * at( faces, f.row, 2 * Dim + f.axis );
+                    }
                 } );
-            divergence( p ) = D;
-            expansion( p ) = normalised;
-            q( p ) = 0;
-            Real phi = 1;
-            if ( Limited && compression > 0 && sound_speed( p ) > 0 )
+            Lanes phi( 1.0 );
+            if ( Limited )
             {
-                Real curl = 0;
+                const Lanes c = load( sound_speed, p );
+                Lanes curl = zero;
                 for ( int a = 0; a < Dim; ++a )
                     for ( int b = a + 1; b < Dim; ++b )
                     {
-                        const Real spin = C( p, a, b ) - C( p, b, a );
+                        const Lanes spin =
+                            load( C, p, a, b ) - load( C, p, b, a );
                         curl += spin * spin;
                     }
-                const Real slow = 1e-4 * sound_speed( p ) / h;
-                phi = Kokkos::abs( D ) /
-                      ( Kokkos::abs( D ) + Kokkos::sqrt( curl ) + slow ) *
-                      rough / compression;
+                const Lanes speed = Kokkos::abs( D );
+                const Lanes share =
+                    speed * rough /
+                    ( ( speed + Kokkos::sqrt( curl ) + ( 1e-4 / h ) * c ) *
+                      compression );
+                phi = choose( zero < compression,
+                              choose( zero < c, share, phi ), phi );
             }
-            limiter( p ) = phi;
+            store( divergence, choose( mine, D, load( divergence, p ) ), p );
+            store( expansion, choose( mine, normalised, load( expansion, p ) ),
+                   p );
+            store( limiter, choose( mine, phi, load( limiter, p ) ), p );
+            store( q, choose( mine, zero, load( q, p ) ), p );
         } );
 }
 
-//! Adds one particle, or one image of it, to the pressure on faces and, where
-//! `mixed` is not 0, to the blend on nodes.
-template <class Basis, int Dim, class NodeAccess>
+//! Adds particles, or one image of one, to the pressure on faces and, where
+//! Blends, to the blend on nodes. \param p a particle's row or a pack
+template <bool Blends, class Basis, int Dim, class Number, class NodeAccess,
+          class Particle>
 KOKKOS_FORCEINLINE_FUNCTION void
 depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
-               const NodeLayout<Dim>& layout, const Stencil<Basis, Dim>& s,
-               const Real volume_pressure, const Real mixed )
+               const NodeLayout<Dim>& layout,
+               const Stencil<Basis, Dim, Number>& s, const Particle p,
+               const Number& volume_pressure, const Number& mixed )
 {
-    const Real share = volume_pressure / grid.cellVolume();
-    forEachFace( s, HalfwayWeights<Basis, Dim>( grid, s ), layout,
-                 [&]( const auto& f )
-                 { nodes( f.row, f.axis ) += share * f.weight; } );
-    if ( mixed > 0 )
-        forEachNode( s, layout,
-                     [&]( const auto& i )
-                     { nodes( i.row, Dim ) += mixed * i.weight; } );
+    const Number share = volume_pressure / grid.cellVolume();
+    forEachCorner( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
+                   [&]( const auto& i )
+                   {
+                       Number stress[Dim + ( Blends ? 1 : 0 )];
+                       for ( int a = 0; a < Dim; ++a )
+                           stress[a] = share * i.faces[a];
+                       if ( Blends )
+                           stress[Dim] = mixed * i.weight;
+                       addColumns( nodes, p, i.row, 0, stress );
+                   } );
 }
 
-//! m kb phi h max(-D, 0) / c of particle p, 0 without sound.
+//! m kb phi h max(-D, 0) / c of particles, 0 without sound.
 template <class Mass, class Sound, class Rate>
 struct BlendSource
 {
@@ -318,20 +338,28 @@ struct BlendSource
     Rate divergence, limiter;
     Real scale; //!< kb h
 
-    KOKKOS_INLINE_FUNCTION Real operator()( const int p ) const
+    template <class Particle>
+    KOKKOS_FORCEINLINE_FUNCTION NumberOf<Particle>
+    operator()( const Particle p ) const
     {
-        return scale > 0 && divergence( p ) < 0 && c( p ) > 0
-                   ? -m( p ) * scale * limiter( p ) * divergence( p ) / c( p )
-                   : 0.0;
+        using Number = NumberOf<Particle>;
+        const Number zero( 0.0 );
+        const Number sound = load( c, p );
+        const Number closing =
+            Kokkos::max( Number( -load( divergence, p ) ), zero );
+        return choose( zero < sound,
+                       Number( scale * load( m, p ) * load( limiter, p ) *
+                               closing / sound ),
+                       zero );
     }
 };
 
 /*!
   \brief sum V (p + q) w^a_f / h^Dim on faces and, where kb > 0,
   sum m w kb phi h max(-D, 0) / c on nodes, over particles and images.
-  \param sums the scatter of the stress
+  \tparam Blends is kb > 0? \param sums the scatter of the stress
 */
-template <class Basis, int Dim, class Sums>
+template <bool Blends, class Basis, int Dim, class Sums>
 void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
 {
     const auto x = state.particles.template slice<Position>();
@@ -346,12 +374,15 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
     const auto images = state.images;
     const Real scale = kb * grid.minSpacing();
     const BlendSource mixed{ m, c, divergence, limiter, scale };
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::depositStress", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            depositStress<Basis, Dim>( sums.access(), grid, layout, s,
-                                       V( p ) * pressure( p ), mixed( p ) );
+        "Machpoint::depositStress", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
+            const Lanes Vp = load( V, p ) * load( pressure, p );
+            depositStress<Blends>( sums.access(), grid, layout, s, p, Vp,
+                                   Blends ? mixed( p ) : Lanes( 0.0 ) );
         } );
     if ( images.count > 0 )
         Kokkos::parallel_for(
@@ -361,25 +392,27 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
                 const Stencil<Basis, Dim> s(
                     grid, layout,
                     images.mirror( k ).point( get<Dim>( x, p ) ) );
-                depositStress<Basis, Dim>( sums.access(), grid, layout, s,
-                                           V( p ) * pressure( p ), mixed( p ) );
+                depositStress<Blends>( sums.access(), grid, layout, s, p,
+                                       V( p ) * pressure( p ),
+                                       Blends ? mixed( p ) : 0.0 );
             } );
 }
 
 /*!
   \brief Force f_(i,a) += h^Dim / h_a (p^a_(i-1/2) - p^a_(i+1/2)) and blend
   beta_i = min(1, beta_0 + kb-sum / m_i). It telescopes, so momentum is exact.
+  \param blends has the stress a sum of the blend?
 */
 template <int Dim>
 void pressureForce( const State<Dim>& state, const NodeView& faces,
-                    const NodeView& stress, const Real blend )
+                    const NodeView& stress, const bool blends,
+                    const Real blend )
 {
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
     const auto layout = state.layout;
     const auto spacing = state.grid.spacing;
     const Real cell_volume = state.grid.cellVolume();
-    const bool blends = stress.extent( 1 ) > Dim;
     Kokkos::parallel_for(
         "Machpoint::pressureForce", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {

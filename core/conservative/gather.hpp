@@ -15,21 +15,24 @@ namespace Machpoint
 namespace Impl
 {
 
-//! What one particle, or one image, gathers from the grid.
-template <class Basis, int Dim>
+//! What particles, or one image of one, gather from the grid.
+template <class Basis, int Dim, class Number>
 struct Gathered
 {
     // Sums relative to the old velocity: a uniform flow then has zeros to add,
     // not large numbers that cancel.
-    Vector<Dim> change{};   //!< sum w (phi - v)
-    Vector<Dim> fit[Dim]{}; //!< sum w (phi - v) (x_i - x)^T, or with grad w for
-                            //!< hats, whose moment may vanish
-    Real squares = 0;       //!< sum w |phi - v|^2
-    Real mixing = 0;        //!< sum w beta (2 - beta) |v_i - u|^2
-    Vector<Dim> ahead{};    //!< sum w v'_i
-    Real expansion = 0;     //!< D of the mean velocity, normalised volume
-    Real filling = 0;       //!< sum over axes and faces of w (theta - 1)
-    Vector<Dim> crowding{}; //!< h times the gradient of theta
+    VectorOf<Dim, Number> change{};   //!< sum w (phi - v)
+    VectorOf<Dim, Number> fit[Dim]{}; //!< sum w (phi - v) (x_i - x)^T, or with
+                                      //!< grad w for hats, whose moment may
+                                      //!< vanish
+    Number squares{ 0.0 };            //!< sum w |phi - v|^2
+    Number mixing{ 0.0 };             //!< sum w beta (2 - beta) |v_i - u|^2
+    VectorOf<Dim, Number> ahead{};    //!< sum w v'_i
+    Number expansion{ 0.0 };          //!< D of the mean velocity, normalised
+                                      //!< volume
+    Number filling{ 0.0 };            //!< sum over axes and faces of
+                                      //!< w (theta - 1)
+    VectorOf<Dim, Number> crowding{}; //!< h times the gradient of theta
 
     /*!
       phi_i = u_i + beta_i (v_i - u_i) + v'_i - v_i, u_i = v + C (x_i - x).
@@ -38,42 +41,47 @@ struct Gathered
     template <bool Rearranges>
     KOKKOS_FORCEINLINE_FUNCTION void
     gather( const Grid<Dim>& grid, const NodeLayout<Dim>& layout,
-            const Stencil<Basis, Dim>& s, const NodeView& moments,
+            const Stencil<Basis, Dim, Number>& s, const NodeView& moments,
             const NodeView& velocities, const NodeView& faces,
-            const Vector<Dim>& v, const Vector<Dim> ( &C )[Dim] )
+            const VectorOf<Dim, Number>& v,
+            const VectorOf<Dim, Number> ( &C )[Dim] )
     {
         forEachNode( s, layout,
                      [&]( const auto& i )
                      {
-                         const Real beta = velocities( i.row, 2 * Dim );
-                         const Real w = i.weight;
+                         const Number beta = at( velocities, i.row, 2 * Dim );
+                         const Number w = i.weight;
+                         const Number mixed = w * beta * ( 2 - beta );
                          for ( int a = 0; a < Dim; ++a )
                          {
-                             const Real v_i = velocities( i.row, a );
-                             const Real kick =
-                                 velocities( i.row, Dim + a ) - v_i;
-                             const Real shear = dot<Dim>( C[a], i.dx ); // u - v
-                             const Real lag = v_i - v[a] - shear; // v_i - u
-                             const Real step = shear + beta * lag + kick;
-                             change[a] += w * step;
-                             squares += w * step * step;
-                             mixing += w * beta * ( 2 - beta ) * lag * lag;
-                             ahead[a] += w * ( v_i - v[a] + kick );
+                             const Number v_i = at( velocities, i.row, a );
+                             const Number kick =
+                                 at( velocities, i.row, Dim + a ) - v_i;
+                             const Number shear =
+                                 dot<Dim>( C[a], i.dx ); // u - v
+                             const Number past = v_i - v[a];
+                             const Number lag = past - shear; // v_i - u
+                             const Number step = shear + beta * lag + kick;
+                             const Number w_step = w * step;
+                             change[a] += w_step;
+                             squares += w_step * step;
+                             mixing += mixed * lag * lag;
+                             ahead[a] += w * ( past + kick );
                              for ( int b = 0; b < Dim; ++b )
-                                 fit[a][b] += step * ( Basis::constant_moment
-                                                           ? w * i.dx[b]
-                                                           : i.gradient[b] );
+                                 fit[a][b] += Basis::constant_moment
+                                                  ? w_step * i.dx[b]
+                                                  : step * i.gradient[b];
                          }
                      } );
-        forEachFace( s, HalfwayWeights<Basis, Dim>( grid, s ), layout,
+        forEachFace( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
                      [&]( const auto& f )
                      {
-                         expansion += f.weight * faces( f.row, f.axis ) *
-                                      faces( f.row, Dim + f.axis );
+                         expansion += f.weight * at( faces, f.row, f.axis ) *
+                                      at( faces, f.row, Dim + f.axis );
                          if ( Rearranges )
                          {
-                             const Real excess =
-                                 moments( f.row, 1 + 2 * Dim + f.axis ) - 1;
+                             const Number excess =
+                                 at( moments, f.row, 1 + 2 * Dim + f.axis ) - 1;
                              filling += f.weight * excess;
                              crowding[f.axis] += f.slope * excess;
                          }
@@ -94,16 +102,19 @@ struct Gathered
   \param mach h |C|_F / c of the cell
   \return relative loss of volume, 1/time
 */
-KOKKOS_INLINE_FUNCTION Real relaxationRate( const Real excess,
-                                            const Real expansion,
-                                            const Real gradient,
-                                            const Real mach )
+template <class Number>
+KOKKOS_FORCEINLINE_FUNCTION Number relaxationRate( const Number& excess,
+                                                   const Number& expansion,
+                                                   const Number& gradient,
+                                                   const Number& mach )
 {
-    const Real clipped = Kokkos::clamp( excess, -0.5, 0.5 );
+    const Number clipped = clip( excess, Number( -0.5 ), Number( 0.5 ) );
     auto past = [clipped]( const Real band )
-    { return clipped - Kokkos::clamp( clipped, -band, band ); };
+    { return clipped - clip( clipped, Number( -band ), Number( band ) ); };
+    const Number slow =
+        Kokkos::min( Number( 16 * mach * mach ), Number( 1.0 ) );
     return Kokkos::abs( expansion ) * past( 0.02 ) +
-           gradient * Kokkos::min( 16 * mach * mach, 1.0 ) * past( 0.12 );
+           gradient * slow * past( 0.12 );
 }
 
 /*!
@@ -151,79 +162,94 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const Real returned = parts.loss_return ? 1.0 : 0.0;
     const Real kd = parts.volume_relaxation;
     const Real ks = parts.particle_shifting;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::gatherParticles", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            if ( !part.contains( p ) )
+        "Machpoint::gatherParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const LaneMask mine = part.contains( p );
+            if ( !any( mine ) )
                 return;
-            const Vector<Dim> old_x = get<Dim>( x, p );
-            const Vector<Dim> old_v = get<Dim>( v, p );
-            Vector<Dim> affine[Dim];
-            loadAffine<Dim>( C, p, affine );
-            const Stencil<Basis, Dim> s( grid, layout, old_x );
-            Gathered<Basis, Dim> g;
+            const auto old_x = loadVector<Dim>( x, p );
+            const auto old_v = loadVector<Dim>( v, p );
+            VectorOf<Dim, Lanes> affine[Dim];
+            loadMatrix<Dim>( C, p, affine );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout, old_x );
+            Gathered<Basis, Dim, Lanes> g;
             g.template gather<Rearranges>( grid, layout, s, moments, velocities,
                                            faces, old_v, affine );
-            const Real ahead = midpoint ? 0.5 : 1.0;
+            const Lanes zero( 0.0 );
+            const Lanes sound = load( c, p );
+            const Real ahead = midpoint ? 0.5 * dt : dt;
+            VectorOf<Dim, Lanes> new_x{};
             for ( int a = 0; a < Dim; ++a )
             {
-                const Real new_v = old_v[a] + g.change[a];
-                Real speed = g.ahead[a];
+                const Lanes new_v = old_v[a] + g.change[a];
+                Lanes speed = g.ahead[a];
                 if ( Rearranges )
-                    speed -=
-                        ks * c( p ) * Kokkos::clamp( g.crowding[a], -0.5, 0.5 );
-                x( p, a ) = old_x[a] + ahead * dt * speed;
-                v( p, a ) = new_v;
+                    speed -= ks * sound *
+                             clip( g.crowding[a], Lanes( -0.5 ), Lanes( 0.5 ) );
+                new_x[a] = old_x[a] + ahead * speed;
+                store( x, choose( mine, new_x[a], old_x[a] ), p, a );
+                store( v, choose( mine, new_v, old_v[a] ), p, a );
                 if ( midpoint )
-                    extra( p, a ) = speed - new_v;
+                    store( extra,
+                           choose( mine, speed - new_v, load( extra, p, a ) ),
+                           p, a );
                 g.squares -= g.change[a] * g.change[a];
             }
-            Real fitted = 0;   // sum w |C' (x_i - x)|^2
-            Real carried = 0;  // the same where the particle will be
-            Real gradient = 0; // |C'|_F^2
+            Lanes fitted = zero;   // sum w |C' (x_i - x)|^2
+            Lanes carried = zero;  // the same where the particle will be
+            Lanes gradient = zero; // |C'|_F^2
             for ( int b = 0; b < Dim; ++b )
             {
                 const Real h = grid.spacing[b];
-                const Real moment = s.moment( b, h );
-                Real moment_new = moment;
+                const Lanes moment = s.moment( b, h );
+                Lanes moment_new = moment;
                 if constexpr ( !Basis::constant_moment )
                 {
                     // Hats: the affine energy depends on the place in the
                     // cell; what it loses on the way becomes heat. The place
                     // is the same after a periodic shift or a reflection.
-                    moment_new = momentAt<Basis, Dim>( grid, x( p, b ), b );
+                    moment_new = momentAt<Basis, Dim>( grid, new_x[b], b );
                 }
-                const Real factor = slopeFactor<Basis>( moment, moment_new );
+                const Lanes factor = slopeFactor<Basis>( moment, moment_new );
                 for ( int a = 0; a < Dim; ++a )
                 {
-                    const Real slope = Basis::constant_moment
-                                           ? g.fit[a][b] / moment
-                                           : g.fit[a][b];
-                    const Real kept = slope * factor;
-                    C( p, a, b ) = kept;
+                    const Lanes slope = Basis::constant_moment
+                                            ? g.fit[a][b] / moment
+                                            : g.fit[a][b];
+                    const Lanes kept = slope * factor;
+                    store( C, choose( mine, kept, affine[a][b] ), p, a, b );
                     fitted += slope * slope * moment;
                     carried += kept * kept * moment_new;
                     gradient += kept * kept;
                 }
             }
-            const Real residual = Kokkos::max( g.squares - fitted, 0.0 );
-            const Real loss =
+            const Lanes residual = Kokkos::max( g.squares - fitted, zero );
+            const Lanes loss =
                 0.5 * ( returned * ( g.mixing + residual ) + fitted - carried );
-            e( p ) += loss - dt * pressure( p ) * V( p ) / m( p ) * g.expansion;
-            const Real before = midpoint ? start_volume( p ) : V( p );
-            Real volume =
-                before + V( p ) * Kokkos::max( dt * g.expansion, -0.8 );
+            const Lanes old_e = load( e, p );
+            const Lanes old_V = load( V, p );
+            const Lanes work =
+                load( pressure, p ) * old_V / load( m, p ) * g.expansion;
+            store( e, choose( mine, old_e + loss - dt * work, old_e ), p );
+            const Lanes before = midpoint ? load( start_volume, p ) : old_V;
+            Lanes volume =
+                before + old_V * Kokkos::max( dt * g.expansion, Lanes( -0.8 ) );
             if ( midpoint )
-                last_expansion( p ) = g.expansion;
+                store( last_expansion,
+                       choose( mine, g.expansion, load( last_expansion, p ) ),
+                       p );
             if ( Rearranges )
             {
                 gradient = Kokkos::sqrt( gradient );
-                const Real rate =
-                    relaxationRate( g.filling / Dim, g.expansion, gradient,
-                                    smallest * gradient / c( p ) );
-                volume *= 1 - Kokkos::clamp( kd * dt * rate, -0.25, 0.25 );
+                const Lanes rate = relaxationRate(
+                    Lanes( g.filling / static_cast<Real>( Dim ) ), g.expansion,
+                    gradient, Lanes( smallest * gradient / sound ) );
+                volume *= 1 - clip( Lanes( kd * dt * rate ), Lanes( -0.25 ),
+                                    Lanes( 0.25 ) );
             }
-            V( p ) = volume;
+            store( V, choose( mine, volume, old_V ), p );
         } );
 }
 
@@ -259,10 +285,10 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
             const Stencil<Basis, Dim> s( grid, layout,
                                          mirror.point( get<Dim>( x, p ) ) );
             Vector<Dim> affine[Dim];
-            loadAffine<Dim>( C, p, affine );
+            loadMatrix<Dim>( C, p, affine );
             mirrorAffine<Dim>( mirror, affine );
             const auto u = mirror.direction( get<Dim>( v, p ) );
-            Gathered<Basis, Dim> g;
+            Gathered<Basis, Dim, Real> g;
             g.template gather<false>( grid, layout, s, moments, velocities,
                                       faces, u, affine );
             Real kinetic = g.squares + g.mixing; // |phi|^2 - |u_i|^2, summed
