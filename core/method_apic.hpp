@@ -87,7 +87,7 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
             Lanes D( 0.0 );
             forEachNode(
                 s, layout,
-                [&]( const auto& i )
+                [&]( const auto& i ) MACHPOINT_INLINE
                 {
                     const auto u = affineVelocity<Dim>( old_v, old_C, i.dx );
                     for ( int a = 0; a < Dim; ++a )

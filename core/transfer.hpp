@@ -74,7 +74,7 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
             const Lanes mass = load( m, p );
             const Lanes Vp = load( V, p ) * load( pressure, p );
             forEachNode( s, layout,
-                         [&]( const auto& i )
+                         [&]( const auto& i ) MACHPOINT_INLINE
                          {
                              const auto u_i =
                                  velocityAt<Affine, Dim>( u, affine, i.dx );

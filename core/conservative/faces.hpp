@@ -63,7 +63,7 @@ KOKKOS_FORCEINLINE_FUNCTION void depositMoments(
 {
     const Number filling = volume / grid.cellVolume();
     forEachCorner( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
-                   [&]( const auto& i )
+                   [&]( const auto& i ) MACHPOINT_INLINE
                    {
                        const auto u = affineVelocity<Dim>( v, C, i.dx );
                        // All columns at once, the force's too where that is no
@@ -266,7 +266,7 @@ void gatherRates( const State<Dim>& state, const NodeView& faces,
             Lanes rough = zero;       // sum w (1 - psi) |min(d, 0)|
             forEachFace(
                 s, HalfwayWeights<Basis, Dim, Lanes>( grid, s ), layout,
-                [&]( const auto& f )
+                [&]( const auto& f ) MACHPOINT_INLINE
                 {
                     const Lanes d = f.weight * at( faces, f.row, Dim + f.axis );
                     D += d;
@@ -318,7 +318,7 @@ depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
 {
     const Number share = volume_pressure / grid.cellVolume();
     forEachCorner( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
-                   [&]( const auto& i )
+                   [&]( const auto& i ) MACHPOINT_INLINE
                    {
                        Number stress[Dim + ( Blends ? 1 : 0 )];
                        for ( int a = 0; a < Dim; ++a )

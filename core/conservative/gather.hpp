@@ -47,7 +47,7 @@ struct Gathered
             const VectorOf<Dim, Number> ( &C )[Dim] )
     {
         forEachNode( s, layout,
-                     [&]( const auto& i )
+                     [&]( const auto& i ) MACHPOINT_INLINE
                      {
                          const Number beta = at( velocities, i.row, 2 * Dim );
                          const Number w = i.weight;
@@ -74,7 +74,7 @@ struct Gathered
                          }
                      } );
         forEachFace( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
-                     [&]( const auto& f )
+                     [&]( const auto& f ) MACHPOINT_INLINE
                      {
                          expansion += f.weight * at( faces, f.row, f.axis ) *
                                       at( faces, f.row, Dim + f.axis );
