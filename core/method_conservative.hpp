@@ -73,14 +73,14 @@ struct Conservative : MethodDefaults
             : parts( input.at( "method" ) )
         {
             state.rates = &state.particles.template addSidecar<RateMembers>(
-                "Machpoint::rates" );
+                "Machpoint::rates", DuringStep::stays );
             if ( parts.midpoint )
                 drift = &state.particles.template addSidecar<DriftMembers<Dim>>(
-                    "Machpoint::drift" );
+                    "Machpoint::drift", DuringStep::changes );
             if ( parts.changesParticles() )
                 history =
                     &state.particles.template addSidecar<HistoryMembers<Dim>>(
-                        "Machpoint::history" );
+                        "Machpoint::history", DuringStep::stays );
             layOut( state );
         }
 

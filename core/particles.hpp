@@ -108,10 +108,10 @@ class SidecarBase
     //! Copies entry from(k) onto entry to(k) for k < count.
     virtual void move( const IndexList& from, const IndexList& to,
                        int count ) = 0;
-    //! Keeps a copy of all entries.
+    //! Keeps a copy of all entries, if a step changes them.
     virtual void save() = 0;
-    //! Returns to the copy.
-    virtual void restore() = 0;
+    //! Returns to the copy. \param n number of particles then
+    virtual void restore( std::size_t n ) = 0;
 #ifdef MACHPOINT_ENABLE_MPI
     //! Sends the entries of the given rows by a plan, and keeps what arrives.
     virtual void send( const ParticlePlan& plan, const IndexList& rows ) = 0;
@@ -146,6 +146,21 @@ void resizeWithSlack( AoSoA& aosoa, const std::size_t n )
     if ( n > aosoa.capacity() && aosoa.size() > 0 )
         aosoa.reserve( n + n / 4 );
     aosoa.resize( n );
+}
+
+//! Reorders particles. \param spare memory that takes the old order
+template <class AoSoA>
+void permute( const ParticleBins& bins, AoSoA& aosoa, AoSoA& spare )
+{
+    resizeWithSlack( spare, aosoa.size() );
+    const auto from = aosoa;
+    const auto to = spare;
+    Kokkos::parallel_for(
+        "Machpoint::permute", Range( 0, static_cast<int>( aosoa.size() ) ),
+        KOKKOS_LAMBDA( const int k ) {
+            to.setTuple( k, from.getTuple( bins.permutation( k ) ) );
+        } );
+    std::swap( aosoa, spare );
 }
 
 //! Copies particles, their number included.
@@ -262,6 +277,14 @@ void checkpointMembers( Archive& archive, const char* const* names,
 }
 } // namespace Impl
 
+//! Does a step, from drift to G2P, change a sidecar so that its repetition
+//! needs the old values?
+enum class DuringStep
+{
+    changes,
+    stays //!< or is made anew
+};
+
 //! A sidecar with the given members (Cabana::MemberTypes).
 template <class Members>
 class Sidecar : public SidecarBase
@@ -270,8 +293,10 @@ class Sidecar : public SidecarBase
     using aosoa_type = Cabana::AoSoA<Members, MemorySpace>;
 
     //! \param label what the memory is called in a profile
-    Sidecar( const std::string& label, const std::size_t n )
-        : _label( label ), _aosoa( label ), _saved( label ), _arrived( label )
+    Sidecar( const std::string& label, const std::size_t n,
+             const DuringStep during_step )
+        : _label( label ), _during_step( during_step ), _aosoa( label ),
+          _spare( label ), _arrived( label )
     {
         resize( n );
     }
@@ -289,15 +314,25 @@ class Sidecar : public SidecarBase
     }
     void permute( const ParticleBins& bins ) override
     {
-        Cabana::permute( bins, _aosoa );
+        Impl::permute( bins, _aosoa, _spare );
     }
     void move( const IndexList& from, const IndexList& to,
                const int count ) override
     {
         Impl::moveTuples( _aosoa, from, to, count );
     }
-    void save() override { Impl::copyParticles( _saved, _aosoa ); }
-    void restore() override { Impl::copyParticles( _aosoa, _saved ); }
+    void save() override
+    {
+        if ( _during_step == DuringStep::changes )
+            Impl::copyParticles( _spare, _aosoa );
+    }
+    void restore( const std::size_t n ) override
+    {
+        if ( _during_step == DuringStep::changes )
+            Impl::copyParticles( _aosoa, _spare );
+        else
+            resize( n );
+    }
 #ifdef MACHPOINT_ENABLE_MPI
     void send( const ParticlePlan& plan, const IndexList& rows ) override
     {
@@ -318,7 +353,7 @@ class Sidecar : public SidecarBase
     }
     std::size_t bytes() const override
     {
-        return ( _aosoa.numSoA() + _saved.numSoA() ) *
+        return ( _aosoa.numSoA() + _spare.numSoA() ) *
                sizeof( typename aosoa_type::soa_type );
     }
     //! The data, for slices.
@@ -329,8 +364,9 @@ class Sidecar : public SidecarBase
 
   private:
     std::string _label;
+    DuringStep _during_step;
     aosoa_type _aosoa;
-    aosoa_type _saved;
+    aosoa_type _spare;   // the copy, or room for a new order
     aosoa_type _arrived; // between send and receive
 };
 
@@ -383,18 +419,20 @@ class Particles
 
     //! Creates a sidecar that lives as long as the particles.
     template <class Members>
-    Sidecar<Members>& addSidecar( const std::string& label )
+    Sidecar<Members>& addSidecar( const std::string& label,
+                                  const DuringStep during_step )
     {
-        auto sidecar = std::make_unique<Sidecar<Members>>( label, size() );
+        auto sidecar =
+            std::make_unique<Sidecar<Members>>( label, size(), during_step );
         auto& reference = *sidecar;
         _sidecars.push_back( std::move( sidecar ) );
         return reference;
     }
 
-    //! Reorders particles and sidecars.
+    //! Reorders particles and sidecars. What was saved is lost.
     void permute( const ParticleBins& bins )
     {
-        Cabana::permute( bins, _aosoa );
+        Impl::permute( bins, _aosoa, _saved );
         for ( auto& sidecar : _sidecars )
             sidecar->permute( bins );
     }
@@ -526,7 +564,7 @@ class Particles
     {
         Impl::copyParticles( _aosoa, _saved );
         for ( auto& sidecar : _sidecars )
-            sidecar->restore();
+            sidecar->restore( _aosoa.size() );
     }
     //! Writes all particles and sidecars in their order, or reads them.
     //! \throws ArchiveError

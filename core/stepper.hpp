@@ -221,7 +221,7 @@ class Stepper : public Simulation
         sortParticles();
     }
 
-    //! All that comes before the choice of dt: rearranged, sorted and checked
+    //! All that comes before the choice of dt: rearranged, checked and sorted
     //! particles, and a copy of them to return to.
     void prepare()
     {
@@ -230,15 +230,16 @@ class Stepper : public Simulation
             Profile::Phase phase( "prepare" );
             Method::template prepare<Basis>( state, _storage, *_scene.gas );
         }
-        if ( state.step % _sort_every == 0 )
-            sortParticles();
         each( "particle state", &Module<Dim>::particleState ); // 1
         const auto own = limitsOfModules();
         {
             Profile::Phase phase( "guard" );
             survey( own );
         }
-        balance(); // a state that is sound, so that it may replace the copy
+        // A state that is sound, so that it may replace the copy.
+        if ( state.step % _sort_every == 0 )
+            sortParticles();
+        balance();
         Profile::Phase phase( "guard" );
         keepState();
     }

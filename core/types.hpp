@@ -48,8 +48,8 @@ using NodeView = Kokkos::View<Real**, Kokkos::LayoutRight,
 //! Rows of nodes, or particles, by number.
 using IndexList = Kokkos::View<int*, MemorySpace>;
 
-//! Behind the parameters of a lambda that a kernel calls for every node: it must
-//! become part of the kernel.
+//! Behind the parameters of a lambda that a kernel calls for every node: it
+//! must become part of the kernel.
 #if defined( KOKKOS_ENABLE_CUDA ) || defined( KOKKOS_ENABLE_HIP )
 #define MACHPOINT_INLINE
 #else

@@ -7,6 +7,7 @@
 #define MACHPOINT_ADVANCE_PRESSURE_HPP
 
 #include <core/module.hpp>
+#include <core/power.hpp>
 
 namespace Machpoint
 {
@@ -31,8 +32,7 @@ void advancePressure( const State<Dim>& state, const Real time,
             const Lanes J =
                 Kokkos::max( 1 + time * load( expansion, p ), Lanes( 0.2 ) );
             const Lanes advanced =
-                ( load( pressure, p ) - q + p_inf ) *
-                    Kokkos::pow( J, Lanes( -gamma ) ) -
+                ( load( pressure, p ) - q + p_inf ) * power( J, -gamma ) -
                 ( gamma - 1 ) * time * q * load( divergence, p ) / J;
             store( pressure, Kokkos::max( advanced, Lanes( 0.0 ) ) - p_inf + q,
                    p );

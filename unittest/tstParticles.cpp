@@ -82,7 +82,8 @@ IndexList fallingKeys( const int n )
 TEST( Particles, removalKeepsAllOthersWithTheirSidecars )
 {
     Particles<2> particles;
-    auto& sidecar = particles.addSidecar<Label>( "labels" );
+    auto& sidecar =
+        particles.addSidecar<Label>( "labels", DuringStep::changes );
     const int n = 1000;
     for ( const int stride : { 3, 1, 999 } )
     {
@@ -103,7 +104,8 @@ TEST( Particles, removalKeepsAllOthersWithTheirSidecars )
 TEST( Particles, sortingCarriesSidecarsAlong )
 {
     Particles<2> particles;
-    auto& sidecar = particles.addSidecar<Label>( "labels" );
+    auto& sidecar =
+        particles.addSidecar<Label>( "labels", DuringStep::changes );
     const int n = 500;
     number( particles, sidecar, n );
     particles.permute(
@@ -116,7 +118,8 @@ TEST( Particles, sortingCarriesSidecarsAlong )
 TEST( Particles, newSidecarEntriesAreZero )
 {
     Particles<2> particles;
-    auto& sidecar = particles.addSidecar<Label>( "labels" );
+    auto& sidecar =
+        particles.addSidecar<Label>( "labels", DuringStep::changes );
     number( particles, sidecar, 100 );
     particles.resize( 250 );
     const auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),

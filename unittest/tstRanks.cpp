@@ -247,7 +247,7 @@ void expectAllHome( const bool even )
     Particles<2> particles;
     auto& sidecar =
         particles.addSidecar<Cabana::MemberTypes<Real[3], std::int64_t>>(
-            "sidecar" );
+            "sidecar", DuringStep::changes );
     particles.resize( n );
     const auto first = comm.sumBefore( std::int64_t( n ) );
     auto place = []( const std::int64_t id )

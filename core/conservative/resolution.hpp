@@ -86,17 +86,27 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const int n = state.particles.size();
     int count = 0;
     Kokkos::parallel_reduce(
-        "Machpoint::trackStretch", Range( 0, n ),
-        KOKKOS_LAMBDA( const int p, int& found ) {
-            if ( original( p ) == 0 )
-                original( p ) = m( p );
-            Real mean = 0;
+        "Machpoint::trackStretch", packs( n ),
+        KOKKOS_LAMBDA( const int k, int& found ) {
+            const Pack p = Pack::of( k, n );
+            const Lanes mass = load( m, p );
+            const Lanes first = load( original, p );
+            const Lanes start = choose( Lanes( 0.0 ) < first, first, mass );
+            store( original, start, p );
+            Lanes mean( 0.0 );
             for ( int a = 0; a < Dim; ++a )
-                mean += C( p, a, a ) / Dim;
+                mean += load( C, p, a, a ) / static_cast<Real>( Dim );
             for ( int a = 0; a < Dim; ++a )
-                stretch( p, a ) += dt * ( C( p, a, a ) - mean );
-            if ( V( p ) > widest && m( p ) > mass_floor * original( p ) )
-                ++found;
+                store( stretch,
+                       load( stretch, p, a ) +
+                           dt * ( load( C, p, a, a ) - mean ),
+                       p, a );
+            if ( any( active( p ) && Lanes( widest ) < load( V, p ) &&
+                      mass_floor * start < mass ) )
+                for ( int q = p.first; q < p.first + p.count; ++q )
+                    if ( V( q ) > widest &&
+                         m( q ) > mass_floor * original( q ) )
+                        ++found;
         },
         count );
     const auto& comm = state.decomposition.comm();
