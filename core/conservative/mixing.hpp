@@ -23,86 +23,141 @@ NodeComponents<N> cellComponents()
     return list;
 }
 
-//! Pressure and its gradient as the cells around a particle see them.
+//! Pressure and its gradient as the cells around particles see them.
 template <class Basis, int Dim>
 struct CellPressure
 {
-    Real stiffness = 0;     //!< rho c^2, mean of the cells
-    Vector<Dim> gradient{}; //!< limited, pressure/length
-    Real trust = 1;         //!< 1, less where the limit cuts steep slopes
+    Lanes stiffness{ 0.0 };          //!< rho c^2, mean of the cells
+    VectorOf<Dim, Lanes> gradient{}; //!< limited, pressure/length
+    Lanes trust{ 1.0 };              //!< 1, less where the limit cuts steep
+                                     //!< slopes
 
+    //! \param own pressure of the particles
     KOKKOS_FORCEINLINE_FUNCTION
     CellPressure( const Grid<Dim>& grid, const NodeLayout<Dim>& layout,
-                  const Stencil<Basis, Dim>& s,
-                  const HalfwayWeights<Basis, Dim>& halfway,
-                  const NodeView& means, const Real own )
+                  const Stencil<Basis, Dim, Lanes>& s,
+                  const HalfwayWeights<Basis, Dim, Lanes>& halfway,
+                  const NodeView& means, const Lanes& own )
     {
-        Real least = own;
+        Lanes least = own;
         constexpr int places = Basis::nodes - 1;
         forEachCell( grid, s, halfway, layout,
-                     [&]( const auto& cell )
+                     [&]( const auto& cell ) MACHPOINT_INLINE
                      {
-                         const Real p = means( cell.row, 1 );
-                         stiffness += cell.weight * means( cell.row, 2 );
-                         least = Kokkos::min( least, p );
+                         stiffness += cell.weight * at( means, cell.row, 2 );
+                         least = Kokkos::min( least, at( means, cell.row, 1 ) );
                      } );
         // Derivative of the cells' interpolant, axis by axis.
         for ( int k = 0; k < ( Dim > 2 ? places : 1 ); ++k )
             for ( int j = 0; j < ( Dim > 1 ? places : 1 ); ++j )
                 for ( int i = 0; i < places; ++i )
                 {
-                    const int at[3] = { i, j, k };
-                    int row = s.base;
+                    const int place[3] = { i, j, k };
+                    int row = 0;
                     for ( int d = 0; d < Dim; ++d )
-                        row += at[d] * layout.stride[d];
+                        row += place[d] * layout.stride[d];
+                    const Lanes p = at( means, rowAt( s.base, row ), 1 );
                     for ( int a = 0; a < Dim; ++a )
                     {
-                        Real slope = halfway.dc[a][at[a]] / grid.spacing[a];
+                        Lanes slope = halfway.dc[a][place[a]] * grid.inverse[a];
                         for ( int d = 0; d < Dim; ++d )
                             if ( d != a )
-                                slope *= halfway.c[d][at[d]];
-                        gradient[a] += slope * means( row, 1 );
+                                slope *= halfway.c[d][place[d]];
+                        gradient[a] += slope * p;
                     }
                 }
         // Without the limit, steep pressures run away.
-        least = Kokkos::max( least, 0.0 ) / ( 2 * Dim );
+        least = Kokkos::max( least, Lanes( 0.0 ) ) / ( 2.0 * Dim );
         for ( int a = 0; a < Dim; ++a )
         {
-            const Real limit = least / grid.spacing[a];
-            const Real steep = Kokkos::abs( gradient[a] );
-            if ( steep > 3 * limit )
-                trust = Kokkos::min( trust, 3 * limit / steep );
-            gradient[a] = Kokkos::clamp( gradient[a], -limit, limit );
+            const Lanes limit = least * grid.inverse[a];
+            const Lanes steep = Kokkos::abs( gradient[a] );
+            trust = choose(
+                3 * limit < steep,
+                Lanes( Kokkos::min( trust, Lanes( 3 * limit / steep ) ) ),
+                trust );
+            gradient[a] = clip( gradient[a], Lanes( -limit ), limit );
         }
     }
 };
+
+//! What particles bring to the exchange of volume.
+template <class Basis, int Dim>
+struct VolumeExchange
+{
+    Stencil<Basis, Dim, Lanes> stencil;
+    HalfwayWeights<Basis, Dim, Lanes> halfway;
+    CellPressure<Basis, Dim> around;
+    Lanes pressure;
+    Lanes K; //!< eta trust^2 V / (rho c^2 + rho c^2 of the cells)
+
+    //! \param particles slices \param means of the cells
+    template <class Slices>
+    KOKKOS_FORCEINLINE_FUNCTION
+    VolumeExchange( const Slices& particles, const Grid<Dim>& grid,
+                    const NodeLayout<Dim>& layout, const NodeView& means,
+                    const Real eta, const Pack p )
+        : stencil( grid, layout, loadVector<Dim>( particles.x, p ) ),
+          halfway( grid, stencil ),
+          around( grid, layout, stencil, halfway, means,
+                  load( particles.pressure, p ) ),
+          pressure( load( particles.pressure, p ) )
+    {
+        const Lanes V = load( particles.V, p );
+        const Lanes c = load( particles.c, p );
+        const Lanes stiffness =
+            load( particles.m, p ) / V * c * c + around.stiffness;
+        const Lanes rate = eta * around.trust * around.trust;
+        K = choose( Lanes( 0.0 ) < stiffness, Lanes( rate * V / stiffness ),
+                    Lanes( 0.0 ) );
+    }
+};
+
+//! The slices that the exchange of volume reads.
+template <class Vectors, class Scalars>
+struct ExchangeSlices
+{
+    Vectors x;
+    Scalars m, V, pressure, c;
+};
+template <int Dim>
+auto exchangeSlices( const State<Dim>& state )
+{
+    const auto& particles = state.particles;
+    return ExchangeSlices{ particles.template slice<Position>(),
+                           particles.template slice<Mass>(),
+                           particles.template slice<Volume>(),
+                           particles.template slice<Pressure>(),
+                           particles.template slice<SoundSpeed>() };
+}
 
 //! Adds V, V p and m c^2 of the particles to their cells.
 //! \param sums the scatter of a field on cells [nodes][3]
 template <class Basis, int Dim, class Sums>
 void depositCellPressure( const State<Dim>& state, const Sums& sums )
 {
-    const auto x = state.particles.template slice<Position>();
-    const auto m = state.particles.template slice<Mass>();
-    const auto V = state.particles.template slice<Volume>();
-    const auto pressure = state.particles.template slice<Pressure>();
-    const auto c = state.particles.template slice<SoundSpeed>();
+    const auto of = exchangeSlices( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::cellPressure", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
+        "Machpoint::cellPressure", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
             const auto cells = sums.access();
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            const HalfwayWeights<Basis, Dim> halfway( grid, s );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( of.x, p ) );
+            const HalfwayWeights<Basis, Dim, Lanes> halfway( grid, s );
+            const Lanes V = load( of.V, p );
+            const Lanes Vp = V * load( of.pressure, p );
+            const Lanes c = load( of.c, p );
+            const Lanes mcc = load( of.m, p ) * c * c;
             forEachCell( grid, s, halfway, layout,
-                         [&]( const auto& cell )
+                         [&]( const auto& cell ) MACHPOINT_INLINE
                          {
-                             const Real w = cell.weight;
-                             cells( cell.row, 0 ) += w * V( p );
-                             cells( cell.row, 1 ) += w * V( p ) * pressure( p );
-                             cells( cell.row, 2 ) +=
-                                 w * m( p ) * c( p ) * c( p );
+                             const Lanes values[3] = { cell.weight * V,
+                                                       cell.weight * Vp,
+                                                       cell.weight * mcc };
+                             addColumns( cells, p, cell.row, 0, values );
                          } );
         } );
 }
@@ -113,34 +168,26 @@ template <class Basis, int Dim, class Sums>
 void depositTargetPressure( const State<Dim>& state, const NodeView& means,
                             const Real eta, const Sums& sums )
 {
-    const auto x = state.particles.template slice<Position>();
-    const auto m = state.particles.template slice<Mass>();
-    const auto V = state.particles.template slice<Volume>();
-    const auto pressure = state.particles.template slice<Pressure>();
-    const auto c = state.particles.template slice<SoundSpeed>();
+    const auto of = exchangeSlices( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::targetPressure", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
+        "Machpoint::targetPressure", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
             const auto cells = sums.access();
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            const HalfwayWeights<Basis, Dim> halfway( grid, s );
-            const CellPressure<Basis, Dim> around( grid, layout, s, halfway,
-                                                   means, pressure( p ) );
-            const Real stiffness =
-                m( p ) / V( p ) * c( p ) * c( p ) + around.stiffness;
-            const Real rate = eta * around.trust * around.trust;
-            const Real K = stiffness > 0 ? rate * V( p ) / stiffness : 0.0;
-            forEachCell( grid, s, halfway, layout,
-                         [&]( const auto& cell )
-                         {
-                             const Real target =
-                                 pressure( p ) +
-                                 dot<Dim>( around.gradient, cell.dx );
-                             cells( cell.row, 0 ) += K * cell.weight;
-                             cells( cell.row, 1 ) += K * cell.weight * target;
-                         } );
+            const VolumeExchange<Basis, Dim> own( of, grid, layout, means, eta,
+                                                  p );
+            forEachCell(
+                grid, own.stencil, own.halfway, layout,
+                [&]( const auto& cell ) MACHPOINT_INLINE
+                {
+                    const Lanes weight = own.K * cell.weight;
+                    const Lanes target =
+                        own.pressure + dot<Dim>( own.around.gradient, cell.dx );
+                    const Lanes values[2] = { weight, weight * target };
+                    addColumns( cells, p, cell.row, 0, values );
+                } );
         } );
 }
 
@@ -159,12 +206,8 @@ template <class Basis, int Dim>
 void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
                     NodeSum& cell_sums, const Real eta )
 {
-    const auto x = state.particles.template slice<Position>();
-    const auto m = state.particles.template slice<Mass>();
-    const auto V = state.particles.template slice<Volume>();
+    const auto of = exchangeSlices( state );
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto pressure = state.particles.template slice<Pressure>();
-    const auto c = state.particles.template slice<SoundSpeed>();
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto means = cell_means.field();
@@ -188,40 +231,35 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
     cell_sums.fold( state.halo, cellComponents<Dim, 2>() );
     state.halo.fill( sums, cellComponents<Dim, 2>() );
 
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::exchangeVolume", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            const HalfwayWeights<Basis, Dim> halfway( grid, s );
-            const CellPressure<Basis, Dim> around( grid, layout, s, halfway,
-                                                   means, pressure( p ) );
-            const Real stiffness =
-                m( p ) / V( p ) * c( p ) * c( p ) + around.stiffness;
-            const Real rate = eta * around.trust * around.trust;
-            const Real K = stiffness > 0 ? rate * V( p ) / stiffness : 0.0;
-            Real volume = 0;
-            Real work = 0;
-            forEachCell( grid, s, halfway, layout,
-                         [&]( const auto& cell )
-                         {
-                             const Real weight = sums( cell.row, 0 );
-                             if ( weight <= 0 )
-                                 return;
-                             const Real target = sums( cell.row, 1 ) / weight;
-                             const Real given =
-                                 K * cell.weight *
-                                 ( pressure( p ) +
-                                   dot<Dim>( around.gradient, cell.dx ) -
-                                   target );
-                             volume += given;
-                             work += target * given;
-                         } );
-            V( p ) += volume;
-            e( p ) -= work / m( p );
+        "Machpoint::exchangeVolume", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const VolumeExchange<Basis, Dim> own( of, grid, layout, means, eta,
+                                                  p );
+            const Lanes zero( 0.0 );
+            Lanes volume = zero;
+            Lanes work = zero;
+            forEachCell(
+                grid, own.stencil, own.halfway, layout,
+                [&]( const auto& cell ) MACHPOINT_INLINE
+                {
+                    const Lanes weight = at( sums, cell.row, 0 );
+                    const Lanes target = at( sums, cell.row, 1 ) / weight;
+                    const Lanes given =
+                        own.K * cell.weight *
+                        ( own.pressure +
+                          dot<Dim>( own.around.gradient, cell.dx ) - target );
+                    const LaneMask shared = zero < weight;
+                    volume += choose( shared, given, zero );
+                    work += choose( shared, Lanes( target * given ), zero );
+                } );
+            store( of.V, load( of.V, p ) + volume, p );
+            store( e, load( e, p ) - work / load( of.m, p ), p );
         } );
 }
 
-//! Part of its heat that particle p exchanges. Parts that no sum would feel are
+//! Part of their heat that particles exchange. Parts that no sum would feel are
 //! none: they could underflow.
 template <class Rate>
 struct HeatShare
@@ -229,12 +267,14 @@ struct HeatShare
     Rate divergence, limiter;
     Real rate; //!< ck dt
 
-    KOKKOS_INLINE_FUNCTION Real operator()( const int p ) const
+    KOKKOS_FORCEINLINE_FUNCTION Lanes operator()( const Pack p ) const
     {
-        const Real part =
-            limiter( p ) *
-            Kokkos::min( 1.0, rate * Kokkos::max( -divergence( p ), 0.0 ) );
-        return part > 1e-12 ? part : 0.0;
+        const Lanes zero( 0.0 );
+        const Lanes closing =
+            rate * Kokkos::max( Lanes( -load( divergence, p ) ), zero );
+        const Lanes part =
+            load( limiter, p ) * Kokkos::min( closing, Lanes( 1.0 ) );
+        return choose( Lanes( 1e-12 ) < part && active( p ), part, zero );
     }
 };
 
@@ -249,20 +289,24 @@ void depositHeat( const State<Dim>& state, const Share& share,
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto grid = state.grid;
     const auto layout = state.layout;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::sharedHeat", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            const Real mass = m( p ) * share( p );
-            if ( mass <= 0 )
+        "Machpoint::sharedHeat", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const Lanes part = share( p );
+            if ( !any( Lanes( 0.0 ) < part ) )
                 return;
             const auto nodes = sums.access();
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Lanes mass = load( m, p ) * part;
+            const Lanes heat = mass * load( e, p );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
             forEachNode( s, layout,
-                         [&]( const auto& i )
+                         [&]( const auto& i ) MACHPOINT_INLINE
                          {
-                             const Real mw = mass * i.weight;
-                             nodes( i.row, 0 ) += mw;
-                             nodes( i.row, 1 ) += mw * e( p );
+                             const Lanes values[2] = { mass * i.weight,
+                                                       heat * i.weight };
+                             addColumns( nodes, p, i.row, 0, values );
                          } );
         } );
 }
@@ -292,23 +336,28 @@ void mixHeat( const State<Dim>& state, NodeSum& heat, const Real ck )
                   { depositHeat<Basis>( state, share, nodes ); } );
     heat.fold( state.halo, components );
     state.halo.fill( sums, components );
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::mixHeat", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            const Real part = share( p );
-            if ( part <= 0 )
+        "Machpoint::mixHeat", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const Lanes part = share( p );
+            const Lanes zero( 0.0 );
+            if ( !any( zero < part ) )
                 return;
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            Real change = 0;
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
+            const Lanes own = load( e, p );
+            Lanes change = zero;
             forEachNode( s, layout,
-                         [&]( const auto& i )
+                         [&]( const auto& i ) MACHPOINT_INLINE
                          {
-                             const Real mass = sums( i.row, 0 );
-                             if ( mass > 0 )
-                                 change += i.weight *
-                                           ( sums( i.row, 1 ) / mass - e( p ) );
+                             const Lanes mass = at( sums, i.row, 0 );
+                             const Lanes mean = at( sums, i.row, 1 ) / mass;
+                             change += choose(
+                                 zero < mass,
+                                 Lanes( i.weight * ( mean - own ) ), zero );
                          } );
-            e( p ) += part * change;
+            store( e, choose( zero < part, own + part * change, own ), p );
         } );
 }
 

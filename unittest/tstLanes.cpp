@@ -1,0 +1,279 @@
+// Several particles at once: every operation that kernels use gives each
+// particle what it gives a single one.
+#include <core/node_sum.hpp>
+#include <core/power.hpp>
+
+#include <Cabana_Core.hpp>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+using namespace Machpoint;
+
+namespace
+{
+
+using Members = Cabana::MemberTypes<Real[2], Real>;
+using AoSoA = Cabana::AoSoA<Members, MemorySpace>;
+
+// Three packs, the last of which is not full (or, on a GPU, three particles).
+constexpr int n = 2 * lane_count + ( lane_count + 1 ) / 2;
+
+//! Numbers on both sides of zero and of each other; y's are positive.
+AoSoA makeNumbers()
+{
+    AoSoA numbers( "numbers", n );
+    const auto x = Cabana::slice<0>( numbers );
+    const auto y = Cabana::slice<1>( numbers );
+    Kokkos::parallel_for(
+        "fill", Range( 0, n ), KOKKOS_LAMBDA( const int p ) {
+            x( p, 0 ) = 0.37 * ( p % 7 ) - 1.1;
+            x( p, 1 ) = 0.53 * ( p % 5 ) - 0.9;
+            y( p ) = 0.21 + 0.19 * p;
+        } );
+    return numbers;
+}
+
+constexpr int operations = 17;
+
+//! Result `which` of the operations on a, b and c > 0.
+template <class Number>
+KOKKOS_FORCEINLINE_FUNCTION Number operate( const int which, const Number& a,
+                                            const Number& b, const Number& c )
+{
+    const Number one( 1.0 ), zero( 0.0 );
+    switch ( which )
+    {
+    case 0:
+        return a + b * c;
+    case 1:
+        return ( a - b ) / c;
+    case 2:
+        return 1 - 2 * a;
+    case 3:
+        return choose( a < b, one, zero );
+    case 4:
+        return choose( a <= a, one, zero );
+    case 5:
+        return choose( b < a && zero < a, one, zero );
+    case 6:
+        return choose( b < a || zero < a, one, zero );
+    case 7:
+        return choose( !( a < zero ), one, zero );
+    case 8:
+        return Kokkos::floor( a );
+    case 9:
+        return Kokkos::sqrt( c );
+    case 10:
+        return Kokkos::abs( a );
+    case 11:
+        return Kokkos::max( a, b );
+    case 12:
+        return Kokkos::min( a, b );
+    case 13:
+        return clip( a, Number( -0.5 ), Number( 0.5 ) );
+    case 14:
+        return clip( Number( zero / ( c - c ) ), Number( -0.5 ), one );
+    case 15:
+        return exponential( a );
+    default:
+        return power( c, -1.4 );
+    }
+}
+
+//! Results of all particles, one by one or in packs. [operations][n]
+template <bool Together>
+Kokkos::View<Real**, Kokkos::HostSpace> results()
+{
+    AoSoA numbers = makeNumbers();
+    AoSoA out( "out", n );
+    Kokkos::View<Real**, Kokkos::HostSpace> all( "all", operations, n );
+    const auto x = Cabana::slice<0>( numbers );
+    const auto y = Cabana::slice<1>( numbers );
+    const auto result = Cabana::slice<1>( out );
+    for ( int which = 0; which < operations; ++which )
+    {
+        if ( Together )
+            Kokkos::parallel_for(
+                "together", packs( n ), KOKKOS_LAMBDA( const int k ) {
+                    const Pack p = Pack::of( k, n );
+                    store( result,
+                           operate( which, load( x, p, 0 ), load( x, p, 1 ),
+                                    load( y, p ) ),
+                           p );
+                } );
+        else
+            Kokkos::parallel_for(
+                "alone", Range( 0, n ), KOKKOS_LAMBDA( const int p ) {
+                    store( result,
+                           operate( which, load( x, p, 0 ), load( x, p, 1 ),
+                                    load( y, p ) ),
+                           p );
+                } );
+        const auto host =
+            Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(), out );
+        for ( int p = 0; p < n; ++p )
+            all( which, p ) = Cabana::slice<1>( host )( p );
+    }
+    return all;
+}
+
+TEST( Lanes, operateLikeSingleNumbers )
+{
+    const auto alone = results<false>();
+    const auto together = results<true>();
+    for ( int which = 0; which < operations; ++which )
+        for ( int p = 0; p < n; ++p )
+            EXPECT_DOUBLE_EQ( together( which, p ), alone( which, p ) )
+                << "operation " << which << ", particle " << p;
+}
+
+//! Largest and smallest y of all packs, and how many particles they have.
+Kokkos::Array<Real, 3> extremes()
+{
+    AoSoA numbers = makeNumbers();
+    const auto y = Cabana::slice<1>( numbers );
+    Real most = 0, least = 0, count = 0;
+    Kokkos::parallel_reduce(
+        "extremes", packs( n ),
+        KOKKOS_LAMBDA( const int k, Real& max, Real& min, Real& sum ) {
+            const Pack p = Pack::of( k, n );
+            const auto inside = active( p );
+            max = Kokkos::max(
+                max, largest( choose( inside, load( y, p ), Lanes( -1e9 ) ) ) );
+            min = Kokkos::min(
+                min, smallest( choose( inside, load( y, p ), Lanes( 1e9 ) ) ) );
+            sum += any( inside ) ? p.count : 0;
+        },
+        Kokkos::Max<Real>( most ), Kokkos::Min<Real>( least ),
+        Kokkos::Sum<Real>( count ) );
+    return { most, least, count };
+}
+
+TEST( Lanes, countNoParticleBeyondTheLast )
+{
+    const auto found = extremes();
+    EXPECT_DOUBLE_EQ( found[0], 0.21 + 0.19 * ( n - 1 ) );
+    EXPECT_DOUBLE_EQ( found[1], 0.21 );
+    EXPECT_EQ( found[2], n );
+}
+
+//! Adds K columns to nodes that neighbours share, and reads them back; from
+//! column 1 on.
+template <int K, bool Together>
+Kokkos::View<Real**, Kokkos::LayoutRight, Kokkos::HostSpace> sumOfColumns()
+{
+    constexpr int nodes = 5;
+    AoSoA numbers = makeNumbers();
+    const auto y = Cabana::slice<1>( numbers );
+    const NodeView field( "field", nodes + 1, paddedColumns( K ) + 1 );
+    const NodeScatter scatter( field );
+    scatter.clear();
+    if ( Together )
+        Kokkos::parallel_for(
+            "together", packs( n ), KOKKOS_LAMBDA( const int k ) {
+                const Pack p = Pack::of( k, n );
+                const Lanes first = Kokkos::floor( load( y, p ) * 0.9 );
+                const auto base = toBases(
+                    Lanes( clip( first, Lanes( 0.0 ), Lanes( 4.0 ) ) ) );
+                Lanes values[K];
+                for ( int c = 0; c < K; ++c )
+                    values[c] = load( y, p ) + c;
+                addColumns( scatter.access(), p, rowAt( base, 1 ), 1, values );
+            } );
+    else
+        Kokkos::parallel_for(
+            "alone", Range( 0, n ), KOKKOS_LAMBDA( const int p ) {
+                const Real first = Kokkos::floor( y( p ) * 0.9 );
+                const int base = toBases( clip( first, 0.0, 4.0 ) );
+                Real values[K];
+                for ( int c = 0; c < K; ++c )
+                    values[c] = y( p ) + c;
+                addColumns( scatter.access(), p, rowAt( base, 1 ), 1, values );
+            } );
+    scatter.contribute();
+    return Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), field );
+}
+
+template <int K>
+void checkColumns()
+{
+    const auto alone = sumOfColumns<K, false>();
+    const auto together = sumOfColumns<K, true>();
+    Real total = 0;
+    for ( std::size_t i = 0; i < alone.extent( 0 ); ++i )
+        for ( std::size_t c = 0; c < alone.extent( 1 ); ++c )
+        {
+            EXPECT_NEAR( together( i, c ), alone( i, c ), 1e-12 )
+                << K << " columns, node " << i << ", column " << c;
+            total += alone( i, c );
+        }
+    EXPECT_GT( total, 1 );
+}
+
+TEST( Lanes, addColumnsToNodes )
+{
+    checkColumns<1>();
+    checkColumns<2>();
+    checkColumns<3>();
+    checkColumns<4>();
+    checkColumns<5>();
+    checkColumns<7>();
+    checkColumns<8>();
+    checkColumns<9>();
+}
+
+//! Column 1 of the node at the floor of y, read by packs. [n]
+Kokkos::View<Real*, Kokkos::HostSpace> readNodes()
+{
+    AoSoA numbers = makeNumbers();
+    const auto y = Cabana::slice<1>( numbers );
+    const NodeView field( "field", n, 3 );
+    Kokkos::parallel_for(
+        "nodes", Range( 0, n ),
+        KOKKOS_LAMBDA( const int i ) { field( i, 1 ) = 10 + i; } );
+    Kokkos::parallel_for(
+        "read", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const auto base = toBases( Lanes( Kokkos::floor(
+                clip( load( y, p ), Lanes( 0.0 ), Lanes( n - 2.0 ) ) ) ) );
+            store( y, at( field, rowAt( base, 1 ), 1 ), p );
+        } );
+    const auto host =
+        Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(), numbers );
+    Kokkos::View<Real*, Kokkos::HostSpace> read( "read", n );
+    for ( int p = 0; p < n; ++p )
+        read( p ) = Cabana::slice<1>( host )( p );
+    return read;
+}
+
+TEST( Lanes, readNodes )
+{
+    const auto read = readNodes();
+    for ( int p = 0; p < n; ++p )
+    {
+        const Real y = std::min( 0.21 + 0.19 * p, n - 2.0 );
+        EXPECT_EQ( read( p ), 11 + std::floor( y ) ) << p;
+    }
+}
+
+TEST( Power, isAccurateWhereKernelsNeedIt )
+{
+    for ( const Real x : { 0.2, 0.5, 0.9, 1.0, 1.1, 2.0, 5.0 } )
+    {
+        EXPECT_NEAR( logarithm( x ), std::log( x ), 1e-11 );
+        for ( const Real y : { -1.67, -1.4, -1.01, 2.0 } )
+            EXPECT_NEAR( power( x, y ) / std::pow( x, y ), 1, 1e-10 );
+    }
+    for ( const Real x : { -1.0, -0.3, -1e-9, 0.0, 1e-3, 1.0 } )
+        EXPECT_NEAR( exponential( x ) / std::exp( x ), 1, 1e-13 );
+    EXPECT_NEAR( exponential( -5.0 ) / std::exp( -5.0 ), 1, 1e-8 );
+    // Uniform gas stays as it is, to the last bit.
+    EXPECT_EQ( exponential( 0.0 ), 1.0 );
+    EXPECT_EQ( power( 1.0, -1.4 ), 1.0 );
+    // A step far too long still leaves a volume.
+    EXPECT_EQ( exponential( -300.0 ), exponential( -5.0 ) );
+}
+
+} // namespace
