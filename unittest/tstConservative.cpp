@@ -279,13 +279,15 @@ INSTANTIATE_TEST_SUITE_P( Each, Parts,
 TEST( Relaxation, rate )
 {
     using Impl::relaxationRate;
-    EXPECT_EQ( relaxationRate( 0.02, -3, 0, 0 ), 0 );
-    EXPECT_EQ( relaxationRate( 0.12, 0, 5, 1 ), 0 );
-    EXPECT_NEAR( relaxationRate( 0.1, -3, 5, 1 ), 3 * 0.08, 1e-15 );
-    EXPECT_NEAR( relaxationRate( -0.1, 3, 5, 1 ), -3 * 0.08, 1e-15 );
-    EXPECT_NEAR( relaxationRate( 0.3, 0, 5, 1 ), 5 * 0.18, 1e-14 );
-    EXPECT_NEAR( relaxationRate( 0.3, 0, 5, 0.01 ), 5 * 0.18 * 16e-4, 1e-14 );
-    EXPECT_EQ( relaxationRate( 4, 1, 0, 0 ), relaxationRate( 0.5, 1, 0, 0 ) );
+    EXPECT_EQ( relaxationRate( 0.02, -3.0, 0.0, 0.0 ), 0 );
+    EXPECT_EQ( relaxationRate( 0.12, 0.0, 5.0, 1.0 ), 0 );
+    EXPECT_NEAR( relaxationRate( 0.1, -3.0, 5.0, 1.0 ), 3 * 0.08, 1e-15 );
+    EXPECT_NEAR( relaxationRate( -0.1, 3.0, 5.0, 1.0 ), -3 * 0.08, 1e-15 );
+    EXPECT_NEAR( relaxationRate( 0.3, 0.0, 5.0, 1.0 ), 5 * 0.18, 1e-14 );
+    EXPECT_NEAR( relaxationRate( 0.3, 0.0, 5.0, 0.01 ), 5 * 0.18 * 16e-4,
+                 1e-14 );
+    EXPECT_EQ( relaxationRate( 4.0, 1.0, 0.0, 0.0 ),
+               relaxationRate( 0.5, 1.0, 0.0, 0.0 ) );
 }
 
 // A key that only `conservative` understands is an error elsewhere.
