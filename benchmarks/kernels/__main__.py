@@ -27,6 +27,8 @@ HEAD = """Written by `python3 benchmarks/kernels --docs`; Machpoint `{revision}`
 moved {triad_one:.1f} GB/s on one thread and {triad_all:.1f} GB/s on all, and
 multiply-adds ran at {fma_one:.0f} and {fma_all:.0f} Gflop/s.
 
+![Roofline](pictures/roofline.png)
+
 """
 
 

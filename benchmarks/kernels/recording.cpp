@@ -33,8 +33,9 @@ Json makeInput( const Case& c, const int particles )
     Json input;
     input["scene"] = "kernels";
     input["dimension"] = c.dim;
-    input["grid"] = { { "lower", std::vector<int>( c.dim, 0 ) },
-                      { "upper", std::vector<int>( c.dim, 1 ) },
+    // Sides and cuts between ranks lie where the vortices cross them.
+    input["grid"] = { { "lower", std::vector( c.dim, 0.125 ) },
+                      { "upper", std::vector( c.dim, 1.125 ) },
                       { "cells", std::vector<int>( c.dim, cells ) } };
     const auto bar = c.method.find( '_' );
     input["method"] = { { "name", c.method.substr( 0, bar ) },

@@ -12,16 +12,16 @@ FIGURES = ["updates_per_second", "bytes", "flops", "of_triad", "of_fma",
            "spread"]
 
 
-def run(executable, words, threads=None):
+def run(executable, words, threads=None, launcher=()):
     """Its JSON. words: of the command line; threads: of OpenMP, else as the
-    environment says."""
+    environment says; launcher: words of mpirun."""
     environment = dict(os.environ, OMP_PROC_BIND="false")
     if threads:
         environment["OMP_NUM_THREADS"] = str(threads)
     with tempfile.TemporaryDirectory() as scratch:
         path = pathlib.Path(scratch) / "kernels.json"
         result = subprocess.run(
-            [str(executable), *words, f"--benchmark_out={path}",
+            [*launcher, str(executable), *words, f"--benchmark_out={path}",
              "--benchmark_out_format=json"], env=environment,
             stdin=subprocess.DEVNULL, capture_output=True, text=True)
         if result.returncode != 0:

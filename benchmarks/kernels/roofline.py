@@ -4,6 +4,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.patches import Patch
 
 PARTS = {"P2G": "o", "stress": "s", "G2P": "D", "grid": "^", "sort": "v",
          "guard": "P", "EOS": "X", "step": "*"}
@@ -13,7 +14,7 @@ COLOURS = ["tab:blue", "tab:orange", "tab:green", "tab:red"]
 def draw(some, limits, path, title):
     """some: of results.rows, of one dimension, basis and order; a colour for
     each method, a marker for each part."""
-    figure, axes = plt.subplots(figsize=(8, 5.5), layout="constrained")
+    figure, axes = plt.subplots(figsize=(9, 5.2), layout="constrained")
     intensity = np.logspace(-2, 2, 200)
     roof = np.minimum(intensity * limits["triad_all"], limits["fma_all"])
     axes.loglog(intensity, roof / 1e9, color="black", linewidth=1.2)
@@ -25,23 +26,23 @@ def draw(some, limits, path, title):
                   (100, limits["fma_all"] / 1e9), xytext=(0, 5),
                   textcoords="offset points", ha="right", fontsize=9)
     methods = list(dict.fromkeys(key[0] for key in some))
-    lowest = limits["fma_all"] / 1e9
+    lowest = highest = limits["fma_all"] / 1e9
     for (method, _, _, _, _, part), row in some.items():
         if part not in PARTS or row["flops"] <= 0:
             continue
         rate = row["flops"] * row["updates_per_second"] / 1e9
-        lowest = min(lowest, rate)
+        lowest, highest = min(lowest, rate), max(highest, rate)
         axes.plot(row["flops"] / row["bytes"], rate, PARTS[part],
                   color=COLOURS[methods.index(method)],
                   markersize=13 if part == "step" else 7)
-    handles = [plt.Line2D([], [], color=c, marker="o", linestyle="",
-                          label=m.replace("_", " "))
-               for m, c in zip(methods, COLOURS)]
+    handles = [Patch(color=colour, label=method.replace("_", " "))
+               for method, colour in zip(methods, COLOURS)]
     handles += [plt.Line2D([], [], color="grey", marker=marker, linestyle="",
                            label=part) for part, marker in PARTS.items()]
-    axes.legend(handles=handles, fontsize=8, loc="lower right", ncols=2)
+    axes.legend(handles=handles, fontsize=8, loc="center left",
+                bbox_to_anchor=(1, 0.5))
     axes.set_xlim(0.01, 100)
-    axes.set_ylim(lowest / 3, 3 * limits["fma_all"] / 1e9)
+    axes.set_ylim(lowest / 3, 3 * highest)
     axes.set_xlabel("flops per byte, counted")
     axes.set_ylabel("Gflop/s")
     axes.set_title(title, fontsize=10)
