@@ -1,0 +1,127 @@
+/*!
+  \file limits.hpp
+  \brief What the machine allows: memory bandwidth and arithmetic, measured by
+  the program that is held against them.
+*/
+#ifndef MACHPOINT_BENCHMARKS_LIMITS_HPP
+#define MACHPOINT_BENCHMARKS_LIMITS_HPP
+
+#include <core/types.hpp>
+
+#include <Kokkos_Timer.hpp>
+
+#include <algorithm>
+
+namespace Machpoint
+{
+
+//! Best rate of a kernel that is repeated for a while: what others take from
+//! the machine meanwhile is no limit of it.
+//! \param work of one call \param seconds to go on for, after one call to warm
+//! up
+template <class Kernel>
+Real bestRate( const Real work, const Real seconds, const Kernel& kernel )
+{
+    kernel();
+    Real best = 0;
+    const Kokkos::Timer all;
+    for ( int calls = 0; calls < 5 || all.seconds() < seconds; ++calls )
+    {
+        ExecutionSpace().fence();
+        const Kokkos::Timer timer;
+        kernel();
+        ExecutionSpace().fence();
+        best = std::max( best, work / timer.seconds() );
+    }
+    return best;
+}
+
+//! a = b + s c, in contiguous shares. Kernels are functions of their own, as
+//! nvcc wants no device lambda within another lambda.
+inline void addArrays( const Kokkos::View<Real*, MemorySpace>& a,
+                       const Kokkos::View<Real*, MemorySpace>& b,
+                       const Kokkos::View<Real*, MemorySpace>& c,
+                       const int lanes )
+{
+    const std::int64_t n = a.extent_int( 0 );
+    Kokkos::parallel_for(
+        "Machpoint::triad", Range( 0, lanes ), KOKKOS_LAMBDA( const int lane ) {
+            const std::int64_t end = n * ( lane + 1 ) / lanes;
+            for ( std::int64_t i = n * lane / lanes; i < end; ++i )
+                a( i ) = b( i ) + 0.5 * c( i );
+        } );
+}
+
+/*!
+  \brief Triad over arrays that no cache holds (McCalpin's STREAM).
+  \param lanes that share the work: 1 for one thread
+  \return bytes/s, 24 for each element, as STREAM counts
+*/
+inline Real triad( const int lanes, const int elements, const Real seconds )
+{
+    const Kokkos::View<Real*, MemorySpace> a( "a", elements ),
+        b( "b", elements ), c( "c", elements );
+    return bestRate( 24.0 * elements, seconds,
+                     [&] { addArrays( a, b, c, lanes ); } );
+}
+
+//! Chains of multiply-adds: enough to hide the latency of vector units.
+constexpr int chains = 64;
+
+//! Independent chains of multiply-adds in registers. \return their sum
+inline Real multiplyAddChains( const int lanes, const int rounds )
+{
+    constexpr int n = chains;
+    Real sum = 0;
+    Kokkos::parallel_reduce(
+        "Machpoint::multiplyAdd", Range( 0, lanes ),
+        KOKKOS_LAMBDA( const int lane, Real& total ) {
+            Real x[n];
+            for ( int k = 0; k < n; ++k )
+                x[k] = 1e-9 * ( lane + k );
+            for ( int r = 0; r < rounds; ++r )
+                for ( int k = 0; k < n; ++k )
+                    x[k] = x[k] * 0.999999 + 1e-6;
+            for ( int k = 0; k < n; ++k )
+                total += x[k];
+        },
+        sum );
+    return sum;
+}
+
+//! What the compiler makes of multiply-adds.
+//! \param lanes as above \return flops/s, two for each multiply-add
+inline Real multiplyAdd( const int lanes, const int rounds, const Real seconds )
+{
+    return bestRate( 2.0 * chains * rounds * lanes, seconds,
+                     [&] { multiplyAddChains( lanes, rounds ); } );
+}
+
+//! Rates of one lane and of all.
+struct Limits
+{
+    Real triad_one, triad_all; //!< bytes/s
+    Real fma_one, fma_all;     //!< flops/s
+};
+
+//! Measures the limits. \param small does it work?, in milliseconds
+inline Limits measureLimits( const bool small )
+{
+    const int all = ExecutionSpace().concurrency();
+    const int elements = small ? 1 << 16 : 1 << 24; // 128 MiB an array
+    const int rounds = small ? 1000 : 1000000;
+    const Real seconds = small ? 0 : 0.3;
+    // One thread of a GPU is no limit of anything.
+    const bool has_one =
+        Kokkos::SpaceAccessibility<Kokkos::HostSpace, MemorySpace>::accessible;
+    Limits limits{};
+    limits.triad_all = triad( all, elements, seconds );
+    limits.fma_all = multiplyAdd( all, rounds, seconds );
+    limits.triad_one = has_one ? triad( 1, elements, seconds ) : 0;
+    limits.fma_one = has_one ? multiplyAdd( 1, rounds, seconds ) : 0;
+    return limits;
+}
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,198 @@
+#include "recording.hpp"
+
+#include <core/particles.hpp>
+#include <core/profile.hpp>
+#include <core/simulation.hpp>
+#include <core/traffic.hpp>
+#include <drivers/input.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace Machpoint
+{
+
+namespace
+{
+
+//! Name of a part, and of the phase of the profile that it is.
+const std::vector<std::pair<std::string, std::string>> phases = {
+    { "P2G", "P2G" },           { "stress", "stress" }, { "G2P", "G2P" },
+    { "grid", "grid" },         { "sort", "sort" },     { "guard", "guard" },
+    { "EOS", "particle state" } };
+
+Json makeInput( const Case& c, const int particles )
+{
+    const int cells = std::max(
+        6, static_cast<int>( std::lround( std::pow(
+               static_cast<Real>( particles ) / c.per_cell, 1.0 / c.dim ) ) ) );
+    Json input;
+    input["scene"] = "kernels";
+    input["dimension"] = c.dim;
+    // Sides and cuts between ranks lie where the vortices cross them.
+    input["grid"] = { { "lower", std::vector( c.dim, 0.125 ) },
+                      { "upper", std::vector( c.dim, 1.125 ) },
+                      { "cells", std::vector<int>( c.dim, cells ) } };
+    const auto bar = c.method.find( '_' );
+    input["method"] = { { "name", c.method.substr( 0, bar ) },
+                        { "basis", c.basis } };
+    if ( bar != std::string::npos )
+        input["method"]["time"] = c.method.substr( bar + 1 );
+    input["particles"] = {
+        { "per_cell", c.per_cell },
+        { "placement", c.order == "ordered" ? "lattice" : "random" } };
+    if ( c.order == "unsorted" )
+        input["particles"]["sort_every"] = 1000000000;
+    input["physics"] = Json::array( { { { "type", "ideal_gas" } } } );
+    // Mach 0.3: particles cross a cell in some ten steps.
+    input["initial"] = Json::array(
+        { c.dim == 1
+              ? Json{ { "type", "acoustic_wave" }, { "velocity", { 0.3 } } }
+              : Json{ { "type", "taylor_green" }, { "pressure", 8 } } } );
+    input["boundary"] = Json::array();
+    for ( const auto& side : sideNames( c.dim ) )
+        input["boundary"].push_back(
+            { { "type", "periodic" }, { "side", side } } );
+    input["time"] = { { "end", 100 } };
+    return input;
+}
+
+//! Shuffles each rank's particles in memory: what a run becomes whose particles
+//! have mixed and were never sorted.
+void shuffle( Simulation& simulation )
+{
+    Archive written;
+    simulation.checkpoint( written );
+    auto entries = written.entries();
+    std::vector<std::size_t> order;
+    for ( auto& [name, entry] : entries )
+    {
+        if ( !entry.is_distributed || name.rfind( "particles/", 0 ) != 0 )
+            continue;
+        if ( order.empty() ) // all have the same number of rows
+        {
+            order.resize( entry.shape[0] );
+            std::iota( order.begin(), order.end(), 0 );
+            std::shuffle( order.begin(), order.end(), std::mt19937_64( 1 ) );
+        }
+        auto permute = [&]( const auto& values )
+        {
+            auto result = values;
+            const std::size_t columns = entry.shape[1];
+            for ( std::size_t k = 0; k < values.size(); ++k )
+                result[k] = values[order[k / columns] * columns + k % columns];
+            return result;
+        };
+        if ( const auto* real =
+                 std::get_if<std::vector<Real>>( &entry.values ) )
+            entry.values = permute( *real );
+        else
+            entry.values =
+                permute( std::get<std::vector<std::int64_t>>( entry.values ) );
+    }
+    Archive shuffled( std::move( entries ) );
+    simulation.checkpoint( shuffled );
+}
+
+Real phaseSeconds( const std::string& phase )
+{
+    for ( const auto& entry : Profile::phases() )
+        if ( entry.name == phase )
+            return entry.seconds;
+    return 0;
+}
+
+Real activitySeconds( const Traffic& traffic, const Activity activity )
+{
+    return traffic.seconds[static_cast<std::size_t>( activity )];
+}
+
+//! Some steps, the slowest rank's seconds.
+Sample advance( Simulation& simulation, const int steps, Traffic& traffic )
+{
+    const Communicator ranks;
+    Profile::start();
+    Traffic::start();
+    const Kokkos::Timer timer;
+    for ( int k = 0; k < steps; ++k )
+        simulation.step( 100 );
+    ExecutionSpace().fence();
+    std::vector<Real> seconds = { timer.seconds() };
+    traffic = Traffic::upToNow();
+    for ( const auto& [part, phase] : phases )
+        seconds.push_back( phaseSeconds( phase ) );
+    seconds.push_back( activitySeconds( traffic, Activity::halo ) +
+                       activitySeconds( traffic, Activity::halo_wait ) );
+    seconds.push_back( activitySeconds( traffic, Activity::migration ) );
+    seconds = ranks.max( seconds );
+    Sample sample;
+    sample.seconds = seconds[0] / steps;
+    for ( std::size_t k = 0; k < partNames().size(); ++k )
+        sample.parts[partNames()[k]] = seconds[k + 1] / steps;
+    return sample;
+}
+
+int particleBytes( const int dim )
+{
+    auto of = []<int Dim>( std::integral_constant<int, Dim> )
+    {
+        using type = typename Particles<Dim>::aosoa_type;
+        return static_cast<int>( sizeof( typename type::soa_type ) /
+                                 type::vector_length );
+    };
+    return dim == 1   ? of( std::integral_constant<int, 1>{} )
+           : dim == 2 ? of( std::integral_constant<int, 2>{} )
+                      : of( std::integral_constant<int, 3>{} );
+}
+
+} // namespace
+
+std::string Case::name() const
+{
+    return fmt::format( "{}/{}/{}D/{}/{}", method, basis, dim, per_cell,
+                        order );
+}
+
+const std::vector<std::string>& partNames()
+{
+    static const auto names = []
+    {
+        std::vector<std::string> list;
+        for ( const auto& [part, phase] : phases )
+            list.push_back( part );
+        list.push_back( "halo" );
+        list.push_back( "migrate" );
+        return list;
+    }();
+    return names;
+}
+
+Recording record( const Case& setting, const Sizes& sizes )
+{
+    const Json input =
+        resolveInput( makeInput( setting, sizes.particles ), setting.name() );
+    Recording result;
+    result.sort_every = 20;
+    if ( setting.order != "unsorted" )
+        result.sort_every = input.at( "particles" ).at( "sort_every" );
+    const int steps = sizes.cycles * result.sort_every;
+    const auto simulation = makeSimulation( input );
+    if ( setting.order != "ordered" )
+        shuffle( *simulation );
+    Traffic traffic;
+    advance( *simulation, steps, traffic ); // warms up
+    for ( int k = 0; k < sizes.samples; ++k )
+        result.samples.push_back( advance( *simulation, steps, traffic ) );
+    result.particles = static_cast<Real>( simulation->particles() );
+    result.particle_bytes = particleBytes( setting.dim );
+    result.bytes_held = simulation->bytesPerParticle();
+    result.halo_bytes = static_cast<Real>( traffic.halo_bytes ) / steps;
+    result.migrated_bytes = static_cast<Real>( traffic.migrated_bytes ) / steps;
+    return result;
+}
+
+} // namespace Machpoint

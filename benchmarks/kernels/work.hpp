@@ -1,0 +1,195 @@
+/*!
+  \file work.hpp
+  \brief What the parts of a step have to move and to compute, for one particle
+  step: counted from the equations, not measured.
+
+  Bytes: a part reads each column that it needs once, and writes each that it
+  changes once, whatever its kernels do; a column is a member of the particles,
+  or of the nodes, of which there is one for each cell. So a part that takes two
+  passes, or whose nodes fall out of the cache, shows a smaller fraction of the
+  machine's bandwidth. Flops: additions, multiplications, comparisons, divisions
+  and roots count one each; products that a row of nodes shares count once.
+  docs/performance.md shows the numbers.
+*/
+#ifndef MACHPOINT_BENCHMARKS_WORK_HPP
+#define MACHPOINT_BENCHMARKS_WORK_HPP
+
+#include <core/types.hpp>
+
+#include <string>
+
+namespace Machpoint
+{
+
+//! Of one particle in one step.
+struct Work
+{
+    Real bytes = 0;
+    Real flops = 0;
+};
+
+//! What the work depends on.
+struct WorkSetting
+{
+    std::string method; //!< paper, apic or conservative
+    bool midpoint;      //!< of `conservative`
+    int dim;
+    int nodes; //!< of a stencil along one axis: 2, 3 or 4
+    int per_cell;
+    int sort_every;
+    int particle_bytes; //!< of the AoSoA, for one particle
+};
+
+//! The counts of one setting, a function for each part.
+class WorkOfStep
+{
+  public:
+    explicit WorkOfStep( const WorkSetting& setting )
+        : s( setting ), D( setting.dim ), is_paper( s.method == "paper" ),
+          is_conservative( s.method == "conservative" )
+    {
+        stencil_nodes = 1;
+        for ( int d = 0; d < s.dim; ++d )
+            stencil_nodes *= s.nodes;
+        faces = D * stencil_nodes * ( s.nodes - 1 ) / s.nodes;
+    }
+
+    //! Work of a part by its name; zero for one that the method does without.
+    Work of( const std::string& part ) const
+    {
+        if ( part == "P2G" )
+            return particlesToGrid();
+        if ( part == "stress" )
+            return stress();
+        if ( part == "G2P" )
+            return gridToParticles();
+        if ( part == "grid" )
+            return grid();
+        if ( part == "EOS" )
+            return equationOfState();
+        if ( part == "guard" )
+            return guard();
+        if ( part == "sort" )
+            return sort();
+        return {};
+    }
+
+    //! x, v, m, V, p, and C of an affine method; mass, momentum and force, or
+    //! for `conservative` mass, momentum, theta and a cleared force.
+    Work particlesToGrid() const
+    {
+        const Real affine = is_paper ? 0 : D * D;
+        const Real N = stencil_nodes;
+        if ( is_conservative )
+            return work( 2 * D + affine + 2, 1 + 3 * D,
+                         stencil() + N * ( 3 + D * ( 2 * D + 2 ) ) +
+                             3 * faces );
+        return work( 2 * D + affine + 3, 1 + 2 * D,
+                     stencil() + N * ( 3 + 5 * D + 2 * affine ) );
+    }
+
+    //! `conservative`: x, C, m, V, p, c, and four rates written; on nodes
+    //! theta, v, three fields on faces, their pressure, force and blend.
+    Work stress() const
+    {
+        if ( !is_conservative )
+            return {};
+        const bool blends = s.dim > 1;
+        const Real on_nodes = D * ( 2 + 2 + 9 + 5 ) + 3;
+        return work( D + D * D + 4 + 4, 7 * D + ( blends ? 2 : 1 ),
+                     stencil() + 11 * faces +
+                         ( blends ? 3 * stencil_nodes + 5 : 0 ) +
+                         1.5 * D * ( D - 1 ) + 10,
+                     on_nodes );
+    }
+
+    //! x, v, C, m, V, e, p read; x, v, C, V, e written. `paper` needs no C,
+    //! and writes and reads a second velocity on nodes; `conservative` reads c,
+    //! beta, theta and two fields on faces, of which it writes one.
+    Work gridToParticles() const
+    {
+        const Real N = stencil_nodes;
+        const Real written = 2 * D + D * D + 2;
+        if ( is_paper )
+            return work(
+                2 * D + 4 + written, 2 * D + 2 * D,
+                3 * stencil() +
+                    N * ( 1 + 3 * D + 2 + 2 * D + 1 + 3 * D + 2 * D * D ) +
+                    4 * D + 8,
+                D );
+        const Real tail = 4 * D + 5 * D * D + 12;
+        if ( is_conservative )
+            return work( 2 * D + D * D + 5 + written +
+                             ( s.midpoint ? D + 2 : 0 ),
+                         2 * D + 1 + D + 2 * D + D,
+                         stencil() + N * ( 4 + D * ( 16 + 4 * D ) ) +
+                             9 * faces + tail + 20,
+                         6 * D );
+        return work( 2 * D + D * D + 4 + written, 2 * D,
+                     stencil() + N * ( 1 + 2 * D * D + D * ( 14 + 2 * D ) ) +
+                         tail );
+    }
+
+    //! Mass, momentum and force read; v and v' written.
+    Work grid() const { return work( 0, 1 + 2 * D + 2 * D, 0, 4 * D ); }
+
+    //! m, V, e read; p, c written.
+    Work equationOfState() const { return work( 5, 0, 6 ); }
+
+    //! All columns copied, for a step that is repeated; after the step x, the
+    //! old x, v, V and e looked at.
+    Work guard() const
+    {
+        return work( 2 * columns() + 3 * D + 2, 0, 5 * D + 10 );
+    }
+
+    //! All columns read and written, with keys and their order (three whole
+    //! numbers), every few steps.
+    Work sort() const
+    {
+        auto all = work( 2 * columns() + D + 1.5, 0, 3 * D );
+        all.bytes /= s.sort_every;
+        all.flops /= s.sort_every;
+        return all;
+    }
+
+  private:
+    static constexpr Real column = sizeof( Real );
+
+    //! \param particle, node columns moved
+    //! \param flops of a particle \param node_flops of a node
+    Work work( const Real particle, const Real node, const Real flops,
+               const Real node_flops = 0 ) const
+    {
+        return { column * ( particle + node / s.per_cell ),
+                 flops + node_flops / s.per_cell };
+    }
+
+    //! Place in the cell, weights, gradients and distances along each axis.
+    Real stencil() const
+    {
+        const Real weights[] = { 1, 8, 19 };
+        const Real gradients[] = { 0, 3, 10 };
+        const int k = s.nodes - 2;
+        return D * ( 3 + weights[k] + gradients[k] + 3 * s.nodes );
+    }
+
+    //! Columns of a particle, sidecars included: rates, and what splitting and
+    //! the integrator midpoint remember.
+    Real columns() const
+    {
+        const Real sidecars =
+            is_conservative ? 5 + D + 1 + ( s.midpoint ? D + 2 : 0 ) : 0;
+        return s.particle_bytes / column + sidecars;
+    }
+
+    WorkSetting s;
+    Real D;
+    bool is_paper, is_conservative;
+    Real stencil_nodes;
+    Real faces; //!< that a particle sees, of all axes
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,28 @@
+"""docs/performance.md, whose tables the benchmarks write between markers."""
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "performance.md"
+
+
+def table(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    lines += ["| " + " | ".join(map(str, row)) + " |" for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def replaced(page, section, text):
+    """The page with the text of a section, which stands between
+    <!-- section --> and <!-- end of section -->."""
+    begin, end = f"<!-- {section} -->", f"<!-- end of {section} -->"
+    found = re.search(f"{re.escape(begin)}.*{re.escape(end)}", page, re.DOTALL)
+    if not found:
+        raise SystemExit(f"{PAGE}: no place for it: add the lines {begin} and "
+                         f"{end}")
+    return (page[:found.start()] + f"{begin}\n{text.strip()}\n{end}" +
+            page[found.end():])
+
+
+def write(section, text):
+    PAGE.write_text(replaced(PAGE.read_text(), section, text))

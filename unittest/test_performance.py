@@ -1,0 +1,246 @@
+"""The benchmarks of speed: they run and give finite figures, and what they do with
+these is right. No time passes or fails a test.
+
+The executable comes from MACHPOINT_EXECUTABLE; machpoint_kernels and
+machpoint_plain_loop lie beside it, where they are built.
+"""
+import importlib.util
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent / "benchmarks"
+sys.path += [str(ROOT / name) for name in
+             ("performance", "kernels", "speed", "sod_sweep")]
+
+import jobs
+import machine
+import page
+import results
+import sweep
+import targets
+
+TINY = ["--small", "--particles", "300", "--samples", "1"]
+# Two ranks may share a core, and root may be who tests.
+os.environ.update(OMPI_MCA_rmaps_base_oversubscribe="1",
+                  OMPI_ALLOW_RUN_AS_ROOT="1",
+                  OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+MACHPOINT = pathlib.Path(os.environ["MACHPOINT_EXECUTABLE"])
+
+
+def program(name):
+    """A main module: all of them are called __main__.py."""
+    spec = importlib.util.spec_from_file_location(
+        name, ROOT / name / "__main__.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def built(test, name):
+    path = MACHPOINT.parent / name
+    if not path.exists():
+        test.skipTest(f"{name} is not built")
+    return path
+
+
+class KernelsTest(unittest.TestCase):
+
+    def test_every_part_of_every_case_is_finite(self):
+        executable = built(self, "machpoint_kernels")
+        some = "/quadratic/[12]D/[34]/(ord|uns)|/cubic/[23]D/[48]/mixed"
+        found = results.run(executable, [f"--benchmark_filter={some}", *TINY])
+        for value in results.limits(found).values():
+            self.assertGreater(value, 0)
+        rows = results.rows(found)
+        self.assertIn("step", {key[5] for key in rows})
+        for key, row in rows.items():
+            for name in results.FIGURES:
+                self.assertTrue(math.isfinite(row[name]), (key, name))
+            self.assertGreater(row["updates_per_second"], 0, key)
+            self.assertGreater(row["bytes"], 0, key)
+            self.assertGreater(row["flops"], 0, key)
+        for key, row in rows.items():
+            if key[5] != "step":
+                continue
+            parts = [other for name, other in rows.items()
+                     if name[:5] == key[:5] and name[5] != "step"]
+            # One sample: the parts are within the step.
+            self.assertGreater(row["other"], 0, key)
+            self.assertLess(sum(1 / part["updates_per_second"]
+                                for part in parts),
+                            1 / row["updates_per_second"], key)
+            self.assertAlmostEqual(sum(part["bytes"] for part in parts) /
+                                   row["bytes"], 1, msg=key)
+        with tempfile.TemporaryDirectory() as scratch:
+            path = pathlib.Path(scratch) / "roofline.png"
+            program("kernels").picture(found, path)
+            self.assertGreater(path.stat().st_size, 0)
+
+    @unittest.skipUnless(os.environ.get("MACHPOINT_MPIEXEC"), "without MPI")
+    def test_two_ranks(self):
+        executable = built(self, "machpoint_kernels")
+        found = results.run(
+            executable, ["--benchmark_filter=apic/quadratic/2D/4/ordered",
+                         *TINY], 1,
+            [os.environ["MACHPOINT_MPIEXEC"], "-n", "2"])
+        rows = results.rows(found)
+        self.assertEqual(results.limits(found)["ranks"], 2)
+        for part in ("halo", "migrate"):
+            row = rows["apic", "quadratic", 2, 4, "ordered", part]
+            self.assertGreater(row["updates_per_second"], 0)
+            self.assertGreater(row["bytes"], 0)
+
+    def test_an_unknown_case_is_an_error(self):
+        executable = built(self, "machpoint_kernels")
+        with self.assertRaises(SystemExit):
+            results.run(executable, ["--benchmark_filter=nothing", "--small"])
+
+
+class PlainLoopTest(unittest.TestCase):
+
+    def test_the_block_falls_freely(self):
+        executable = built(self, "machpoint_plain_loop")
+        cells, steps, samples = 48, 4, 2
+        for words in ([], ["mixed"]):
+            texts = [subprocess.run(
+                [executable, *map(str, (cells, steps, samples)), *words],
+                check=True, capture_output=True, text=True,
+                env=dict(os.environ, OMP_NUM_THREADS=threads)).stdout
+                for threads in ("1", "2")]
+            for found in map(json.loads, texts):
+                self.assertEqual(len(found["updates_per_second"]), samples)
+                n = 5 + steps * samples
+                dt = 2e-4 * 128 / cells
+                fall = 9.8 * dt ** 2 * n * (n + 1) / 2
+                # Random places have a mean of their own.
+                accuracy = 2e-3 if words else 1e-11
+                self.assertAlmostEqual(found["mean"][0], 0.5, delta=accuracy)
+                self.assertAlmostEqual(found["mean"][1], 0.5 - fall,
+                                       delta=accuracy)
+
+
+class SpeedTest(unittest.TestCase):
+
+    def test_targets(self):
+        of = {("ours", "apic", 2, "ordered", 1): 30e6,
+              ("ours", "apic", 2, "mixed", 1): 24e6,
+              ("ours", "conservative_midpoint", 2, "ordered", 1): 20e6,
+              ("plain", "ordered", 1): 20e6, ("cylinder",): 34.0,
+              ("bytes",): 112, ("memory", "apic"): 224.0}
+        rows = {row.text: row for row in targets.rows(of)}
+        verdicts = {text: row.met for text, row in rows.items()
+                    if row.value is not None}
+        self.assertEqual(verdicts, {
+            "2D `apic`, ordered, 1 thread(s), over the plain loop": True,
+            "2D `apic`, 1 thread(s), mixed over ordered": False,
+            "2D `conservative` midpoint over `apic`, cost of a particle step":
+                True,
+            "`cylinder_mach3`, 400x200 to t = 4, 2 threads": True,
+            "2D `apic`, memory of a particle over one AoSoA's bytes": False})
+        text = targets.verdicts(rows.values())
+        self.assertIn("| 0.8 | >= 0.85 | **missed** |", text)
+        self.assertEqual({row.met for row in targets.unjudged(rows.values())},
+                         {None})
+
+    def test_sod_is_solved_to_an_error(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            run = pathlib.Path(scratch) / "run"
+            sets = jobs.sod_settings(MACHPOINT, 1.5e-2, [25, 50, 100], run)
+            summary = jobs.scene(MACHPOINT, "sod", sets, 1, run)
+            self.assertLessEqual(summary["errors"]["density"]["L1"], 1.5e-2)
+            with self.assertRaises(jobs.Lacking):
+                jobs.sod_settings(MACHPOINT, 1e-9, [25], run)
+
+    def test_what_is_lacking_is_named_and_not_tried_again(self):
+        session_type = program("speed").Session
+        calls = []
+
+        class Quiet:
+            def probe(self, _):
+                pass
+
+        def lacking():
+            calls.append(1)
+            raise jobs.Lacking("pip install it")
+        session = session_type(Quiet(), 0)
+        session.run([jobs.Job(("a",), lacking), jobs.Job(("b",), lambda: 2),
+                     jobs.Job(("c",), lambda: 3, rounds=1)], 3)
+        self.assertEqual(len(calls), 1)
+        self.assertEqual(session.lacking, {("a",): "pip install it"})
+        self.assertEqual(session.figures, {("b",): [2, 2, 2], ("c",): [3]})
+
+    def test_a_busy_machine_is_not_called_quiet(self):
+        seen = {"load_before": 0, "others": 0, "triad": 1e10,
+                "triad_spread": 0, "median_spread": 0}
+        self.assertIn("was quiet", machine.in_words(dict(seen, quiet=True)))
+        self.assertIn("not quiet", machine.in_words(dict(seen, quiet=False)))
+        self.assertAlmostEqual(machine.spread([1, 2, 3]), 1)
+
+
+class SweepTest(unittest.TestCase):
+
+    def test_slope(self):
+        points = [{"cells": [n], "step": 1e-4 + 1e-6 * n ** 1.1}
+                  for n in (100, 200, 2000, 20000)]
+        for point in points[2:]:
+            point["step"] = 1e-6 * point["cells"][0] ** 1.1
+        self.assertAlmostEqual(sweep.slope(points), 1.1)
+        self.assertIsNone(sweep.slope(points[:3]))
+
+    def test_sizes_are_run_as_far_as_time_and_memory_allow(self):
+        class Runner:
+            scene = {"scene": "pretended"}
+
+            def run(self, cells, steps):
+                steps = min(steps, 2 * cells[0])
+                seconds = {name: {"sum": 0} for name in sweep.ACTIVITIES}
+                seconds["compute"]["sum"] = 1e-5 * cells[0] * steps
+                return {"steps": steps, "particles_initial": 3 * cells[0],
+                        "communication": {"seconds": seconds},
+                        "peak_memory_bytes": 1000 * cells[0]}
+        points, reason = sweep.measure(
+            Runner(), [(100,), (200,), (400,), (800,), (80000,), (160000,)],
+            1.0, memory=lambda: 1.5e8)
+        self.assertEqual([p["steps"] for p in points], [200, 400, 250, 125, 20])
+        self.assertEqual([p["all_steps"] for p in points],
+                         [200, 400, 800, 1600, 160000])
+        self.assertEqual([p["measured"] for p in points],
+                         [True, True, False, False, False])
+        self.assertAlmostEqual(points[2]["seconds"], 3.2)
+        self.assertIn("160000 cells and more need some 0.2 GB", reason)
+
+    def test_a_sweep_of_sod(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            scratch = pathlib.Path(scratch)
+            code = subprocess.run(
+                [sys.executable, ROOT / "sod_sweep", "--build",
+                 f"here={MACHPOINT.parent}", "--seconds", "0.02", "--largest",
+                 "5", "--cylinders", "0", "--threads", "1", "--output",
+                 scratch], check=True, capture_output=True, text=True)
+            self.assertIn("slope", code.stdout)
+            record = json.loads((scratch / "results.json").read_text())
+            self.assertEqual([p["cells"] for p in record["lines"]["sod, here"]],
+                             [[100 * 2 ** k] for k in range(6)])
+            self.assertTrue((scratch / "sod_sweep.png").exists())
+
+
+class PageTest(unittest.TestCase):
+
+    def test_a_section_is_replaced_between_its_markers(self):
+        text = "a\n<!-- x -->\nold\n<!-- end of x -->\nb\n"
+        self.assertEqual(page.replaced(text, "x", "new\n"),
+                         "a\n<!-- x -->\nnew\n<!-- end of x -->\nb\n")
+        with self.assertRaises(SystemExit):
+            page.replaced(text, "y", "new")
+        for section in ("speed", "kernels", "sod_sweep"):
+            page.replaced(page.PAGE.read_text(), section, "")
+
+
+if __name__ == "__main__":
+    unittest.main()
