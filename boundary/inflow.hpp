@@ -247,12 +247,22 @@ class Inflow : public SideBoundary<Dim>
         const auto grid = state.grid;
         const auto stream = _stream;
         const Real width = _buffer * grid.spacing[part.axis()];
+        const int n = state.particles.size();
         Kokkos::parallel_for(
-            "Machpoint::imposeStream", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p ) {
-                const auto y = get<Dim>( x, p );
-                if ( part.depth( grid, y ) < width && part.contains( grid, y ) )
-                    stream.impose( p, v, L, m, V, e );
+            "Machpoint::imposeStream", packs( n ),
+            KOKKOS_LAMBDA( const int k ) {
+                const Pack pack = Pack::of( k, n );
+                const Lanes s = load( x, pack, part.axis() );
+                if ( !any( part.depthOf( grid, s ) < Lanes( width ) ) )
+                    return;
+                forEachOf( pack,
+                           [&]( const int p )
+                           {
+                               const auto y = get<Dim>( x, p );
+                               if ( part.depth( grid, y ) < width &&
+                                    part.contains( grid, y ) )
+                                   stream.impose( p, v, L, m, V, e );
+                           } );
             } );
     }
 

@@ -122,10 +122,20 @@ class Obstacle : public Module<Dim>
         const auto distances = _distances;
         int near = 0;
         Kokkos::parallel_reduce(
-            "Machpoint::distances", Range( 0, n ),
-            KOKKOS_LAMBDA( const int p, int& count ) {
-                distances( p ) = shape.distance( get<Dim>( x, p ) );
-                count += distances( p ) < reach ? 1 : 0;
+            "Machpoint::distances", packs( n ),
+            KOKKOS_LAMBDA( const int k, int& count ) {
+                const Pack pack = Pack::of( k, n );
+                const auto y = loadVector<Dim>( x, pack );
+                const bool is_far =
+                    !any( shape.distanceBound( y ) < Lanes( reach ) );
+                forEachOf( pack,
+                           [&]( const int p )
+                           {
+                               distances( p ) =
+                                   is_far ? reach
+                                          : shape.distance( get<Dim>( x, p ) );
+                               count += distances( p ) < reach ? 1 : 0;
+                           } );
             },
             near );
         auto& images = state.images;
@@ -207,28 +217,42 @@ class Obstacle : public Module<Dim>
         const Real h = state.grid.minSpacing();
         const Real cell_volume = state.grid.cellVolume();
         ReproducibleSum force, volume;
+        const int n = state.particles.size();
         Kokkos::parallel_reduce(
-            "Machpoint::pushOut", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p, ReproducibleSum& pV,
+            "Machpoint::pushOut", packs( n ),
+            KOKKOS_LAMBDA( const int k, ReproducibleSum& pV,
                            ReproducibleSum& sum ) {
-                Vector<Dim> y = get<Dim>( x, p );
-                Real distance = shape.distance( y );
-                if ( distance > h )
+                const Pack pack = Pack::of( k, n );
+                const auto places = loadVector<Dim>( x, pack );
+                if ( !any( shape.distanceBound( places ) <= Lanes( h ) ) )
                     return;
-                // One particle of a thin wake must not outweigh all others.
-                const Real weight = Kokkos::min( V( p ), cell_volume );
-                pV += pressure( p ) * weight;
-                sum += weight;
-                // Leaving one part of a union may lead into another.
-                for ( int attempt = 0; distance < 0 && attempt < 8; ++attempt )
-                {
-                    const auto n = shape.normal( y );
-                    for ( int d = 0; d < Dim; ++d )
-                        y[d] += ( 1e-6 * h - distance ) * n[d];
-                    distance = shape.distance( y );
-                    for ( int d = 0; d < Dim; ++d )
-                        x( p, d ) = y[d];
-                }
+                forEachOf( pack,
+                           [&]( const int p )
+                           {
+                               Vector<Dim> y = get<Dim>( x, p );
+                               Real distance = shape.distance( y );
+                               if ( distance > h )
+                                   return;
+                               // One particle of a thin wake must not outweigh
+                               // all others.
+                               const Real weight =
+                                   Kokkos::min( V( p ), cell_volume );
+                               pV += pressure( p ) * weight;
+                               sum += weight;
+                               // Leaving one part of a union may lead into
+                               // another.
+                               for ( int attempt = 0;
+                                     distance < 0 && attempt < 8; ++attempt )
+                               {
+                                   const auto normal = shape.normal( y );
+                                   for ( int d = 0; d < Dim; ++d )
+                                       y[d] +=
+                                           ( 1e-6 * h - distance ) * normal[d];
+                                   distance = shape.distance( y );
+                                   for ( int d = 0; d < Dim; ++d )
+                                       x( p, d ) = y[d];
+                               }
+                           } );
             },
             force, volume );
         if ( _has_images )

@@ -141,15 +141,17 @@ class Shape
     }
 
     /*!
-      \brief A cheap lower bound of distance( x ).
+      \brief A cheap lower bound of distance( x ), of particles or packs.
 
       Where it exceeds the reach of interest nothing else need be computed. A
-      polygon answers with its bounding circle, the other solids with their
-      distance.
+      polygon answers with its bounding circle, a box with the largest of its
+      axes' distances, the other solids with their distance.
     */
-    KOKKOS_FUNCTION Real distanceBound( const Vector<Dim>& x ) const
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION Number
+    distanceBound( const Kokkos::Array<Number, Dim>& x ) const
     {
-        Real result = Kokkos::Experimental::finite_max_v<Real>;
+        Number result( Kokkos::Experimental::finite_max_v<Real> );
         for ( int s = 0; s < static_cast<int>( _solids.extent( 0 ) ); ++s )
             result = Kokkos::min( result, bound( _solids( s ), x ) );
         return result;
@@ -215,12 +217,27 @@ class Shape
         return result;
     }
 
-    KOKKOS_FUNCTION Real bound( const Solid& solid, const Vector<Dim>& x ) const
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION static Number
+    bound( const Solid& solid, const Kokkos::Array<Number, Dim>& x )
     {
+        Number along( 0.0 ), square( 0.0 );
+        Number across( -Kokkos::Experimental::finite_max_v<Real> );
+        for ( int d = 0; d < Dim; ++d )
+        {
+            const Number r = x[d] - solid.a[d];
+            along += solid.b[d] * r;
+            square += r * r;
+            across = Kokkos::max(
+                across, Number( Kokkos::max( Number( -r ),
+                                             Number( x[d] - solid.b[d] ) ) ) );
+        }
+        if ( solid.kind == Kind::half_space )
+            return along;
+        if ( solid.kind == Kind::box )
+            return across;
         // The circle holds the polygon, so this also bounds negative distances.
-        if ( solid.kind == Kind::polygon )
-            return length( difference( x, solid.a ) ) - solid.radius;
-        return nearest( solid, x ).distance;
+        return Kokkos::sqrt( square ) - solid.radius;
     }
 
     KOKKOS_FUNCTION Nearest<Dim> nearest( const Solid& solid,

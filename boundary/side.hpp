@@ -37,6 +37,15 @@ struct SidePart
         return upper() ? -d : d;
     }
 
+    //! Distance of particles from the side: their coordinate along its axis.
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION Number depthOf( const Grid<Dim>& grid,
+                                                const Number& x ) const
+    {
+        const Number d = x - place( grid );
+        return upper() ? Number( -d ) : d;
+    }
+
     //! Is the place of the side nearest to x part of it? \param x [Dim]
     KOKKOS_INLINE_FUNCTION bool contains( const Grid<Dim>& grid,
                                           Vector<Dim> x ) const

@@ -46,21 +46,34 @@ class Wall : public SideBoundary<Dim>
         const int axis = part.axis();
         const Real lower = grid.lower[axis];
         const Real inside = justInside( lower, grid.upper[axis] );
+        const int n = state.particles.size();
         Kokkos::parallel_for(
-            "Machpoint::wall", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p ) {
-                const Real depth = part.depth( grid, get<Dim>( x, p ) );
-                if ( depth >= 0 && x( p, axis ) <= inside )
+            "Machpoint::wall", packs( n ), KOKKOS_LAMBDA( const int k ) {
+                const Pack pack = Pack::of( k, n );
+                const Lanes s = load( x, pack, axis );
+                if ( !any( part.depthOf( grid, s ) < Lanes( 0.0 ) ||
+                           Lanes( inside ) < s ) )
                     return;
-                if ( !part.contains( grid, get<Dim>( x, p ) ) )
-                    return;
-                if ( depth < 0 )
-                {
-                    x( p, axis ) += part.upper() ? 2 * depth : -2 * depth;
-                    v( p, axis ) = -v( p, axis );
-                }
-                // A position on the upper side would have no cell.
-                x( p, axis ) = Kokkos::clamp( x( p, axis ), lower, inside );
+                forEachOf( pack,
+                           [&]( const int p )
+                           {
+                               const Real depth =
+                                   part.depth( grid, get<Dim>( x, p ) );
+                               if ( depth >= 0 && x( p, axis ) <= inside )
+                                   return;
+                               if ( !part.contains( grid, get<Dim>( x, p ) ) )
+                                   return;
+                               if ( depth < 0 )
+                               {
+                                   x( p, axis ) +=
+                                       part.upper() ? 2 * depth : -2 * depth;
+                                   v( p, axis ) = -v( p, axis );
+                               }
+                               // A position on the upper side would have no
+                               // cell.
+                               x( p, axis ) =
+                                   Kokkos::clamp( x( p, axis ), lower, inside );
+                           } );
             } );
         return 0;
     }

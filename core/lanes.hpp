@@ -67,6 +67,15 @@ struct Pack
     }
 };
 
+//! Calls visit( p ) for every particle of a pack.
+template <class Visitor>
+KOKKOS_FORCEINLINE_FUNCTION void forEachOf( const Pack pack,
+                                            const Visitor& visit )
+{
+    for ( int p = pack.first; p < pack.first + pack.count; ++p )
+        visit( p );
+}
+
 //! The packs of n particles.
 inline Range packs( const int n )
 {
