@@ -27,21 +27,25 @@ void updateParticleVelocity( const State<Dim>& state )
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::updateParticleVelocity", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            Vector<Dim> change{};
+        "Machpoint::updateParticleVelocity", packs( n ),
+        KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
+            VectorOf<Dim, Lanes> change{};
             forEachNode( s, layout,
-                         [&]( const auto& i )
+                         [&]( const auto& i ) MACHPOINT_INLINE
                          {
                              for ( int d = 0; d < Dim; ++d )
                                  change[d] +=
-                                     i.weight * ( velocities( i.row, Dim + d ) -
-                                                  velocities( i.row, d ) );
+                                     i.weight *
+                                     ( at( velocities, i.row, Dim + d ) -
+                                       at( velocities, i.row, d ) );
                          } );
             for ( int d = 0; d < Dim; ++d )
-                v( p, d ) += change[d];
+                store( v, load( v, p, d ) + change[d], p, d );
         } );
 }
 
@@ -55,18 +59,22 @@ void momentumToGrid( const State<Dim>& state, const Sums& sums )
     const auto m = state.particles.template slice<Mass>();
     const auto grid = state.grid;
     const auto layout = state.layout;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::momentumToGrid", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
+        "Machpoint::momentumToGrid", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
             const auto nodes = sums.access();
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            const Vector<Dim> u = get<Dim>( v, p );
-            const Real mass = m( p );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
+            const auto u = loadVector<Dim>( v, p );
+            const Lanes mass = load( m, p );
             forEachNode( s, layout,
-                         [&]( const auto& i )
+                         [&]( const auto& i ) MACHPOINT_INLINE
                          {
+                             Lanes momentum[Dim];
                              for ( int d = 0; d < Dim; ++d )
-                                 nodes( i.row, d ) += mass * i.weight * u[d];
+                                 momentum[d] = mass * i.weight * u[d];
+                             addColumns( nodes, p, i.row, 0, momentum );
                          } );
         } );
 }
@@ -101,34 +109,39 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
     const auto layout = state.layout;
     const Real dt = state.dt;
     const Real least = min_volume_ratio;
+    const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::updateParticles", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            Vector<Dim> gradient[Dim] = {};
-            Vector<Dim> move{};
+        "Machpoint::updateParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const auto old_x = loadVector<Dim>( x, p );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout, old_x );
+            VectorOf<Dim, Lanes> gradient[Dim]{};
+            VectorOf<Dim, Lanes> move{};
             forEachNode( s, layout,
-                         [&]( const auto& i )
+                         [&]( const auto& i ) MACHPOINT_INLINE
                          {
                              for ( int a = 0; a < Dim; ++a )
                              {
-                                 move[a] +=
-                                     i.weight * velocities( i.row, Dim + a );
+                                 move[a] += i.weight *
+                                            at( velocities, i.row, Dim + a );
+                                 const Lanes u = at( velocity, i.row, a );
                                  for ( int b = 0; b < Dim; ++b )
-                                     gradient[a][b] +=
-                                         velocity( i.row, a ) * i.gradient[b];
+                                     gradient[a][b] += u * i.gradient[b];
                              }
                          } );
-            Real D = 0;
+            Lanes D( 0.0 );
             for ( int a = 0; a < Dim; ++a )
             {
                 D += gradient[a][a];
                 for ( int b = 0; b < Dim; ++b )
-                    L( p, a, b ) = gradient[a][b]; // 9a
-                x( p, a ) += dt * move[a];         // 10
+                    store( L, gradient[a][b], p, a, b );   // 9a
+                store( x, old_x[a] + dt * move[a], p, a ); // 10
             }
-            e( p ) -= dt * pressure( p ) * V( p ) / m( p ) * D; // 9b
-            V( p ) *= Kokkos::max( 1 + dt * D, least );         // 9c
+            const Lanes volume = load( V, p );
+            const Lanes work = load( pressure, p ) * volume / load( m, p ) * D;
+            store( e, load( e, p ) - dt * work, p ); // 9b
+            store( V, volume * Kokkos::max( 1 + dt * D, Lanes( least ) ),
+                   p ); // 9c
         } );
 }
 } // namespace Impl
