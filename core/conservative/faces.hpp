@@ -217,8 +217,9 @@ void limitFaces( const State<Dim>& state, const NodeView& faces )
                 if ( i >= stride && i + stride < layout.total &&
                      Kokkos::abs( d ) > least )
                 {
-                    const Real left = faces( i - stride, Dim + a ) / d;
-                    const Real right = faces( i + stride, Dim + a ) / d;
+                    const Real inverse = 1 / d;
+                    const Real left = faces( i - stride, Dim + a ) * inverse;
+                    const Real right = faces( i + stride, Dim + a ) * inverse;
                     psi =
                         Kokkos::min( Kokkos::min( 0.5 * ( left + right ), 1.0 ),
                                      2 * Kokkos::min( left, right ) );
