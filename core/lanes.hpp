@@ -6,7 +6,7 @@
   A kernel is written once for a Number: Real with a particle's row `int p`, or
   Lanes with a `Pack p` of consecutive particles. load, store, choose and at
   take either. Compare Lanes with < and <= alone: in Kokkos 4.7.0, > and >= of
-  AVX-512 registers are the wrong way round.
+  AVX-512 registers are the wrong way round (Kokkos' pull request 8797).
 */
 #ifndef MACHPOINT_LANES_HPP
 #define MACHPOINT_LANES_HPP
@@ -30,7 +30,11 @@ using VectorOf = Kokkos::Array<Number, Dim>;
 #ifdef MACHPOINT_HAS_LANES
 
 //! A number of each particle of a pack.
+#if KOKKOS_VERSION_LESS( 4, 7, 0 )
+using Lanes = Kokkos::Experimental::native_simd<Real>;
+#else
 using Lanes = Kokkos::Experimental::simd<Real>;
+#endif
 //! A truth value of each particle of a pack.
 using LaneMask = typename Lanes::mask_type;
 //! Particles of a pack.

@@ -331,7 +331,7 @@ TEST( Migration, emptyRanks )
     EXPECT_EQ( particles.size(), n );
 }
 
-TEST( Decomposition, boxesOfLeastSurface )
+TEST( Decomposition, boxesOfLeastCutArea )
 {
     EXPECT_EQ( ( chooseRanks<2>( { 400, 200 }, 2 )[0] ), 2 );
     EXPECT_EQ( ( chooseRanks<2>( { 200, 400 }, 2 )[1] ), 2 );
