@@ -103,8 +103,8 @@ class SidecarBase
     virtual ~SidecarBase() = default;
     //! Makes room for n particles; new entries are zero.
     virtual void resize( std::size_t n ) = 0;
-    //! Reorders all entries.
-    virtual void permute( const ParticleBins& bins ) = 0;
+    //! Reorders all entries. \param keep_spare the memory of the old order
+    virtual void permute( const ParticleBins& bins, bool keep_spare ) = 0;
     //! Copies entry from(k) onto entry to(k) for k < count.
     virtual void move( const IndexList& from, const IndexList& to,
                        int count ) = 0;
@@ -149,8 +149,10 @@ void resizeWithSlack( AoSoA& aosoa, const std::size_t n )
 }
 
 //! Reorders particles. \param spare memory that takes the old order
+//! \param keep_spare for the next time
 template <class AoSoA>
-void permute( const ParticleBins& bins, AoSoA& aosoa, AoSoA& spare )
+void permute( const ParticleBins& bins, AoSoA& aosoa, AoSoA& spare,
+              const bool keep_spare )
 {
     resizeWithSlack( spare, aosoa.size() );
     const auto from = aosoa;
@@ -161,6 +163,8 @@ void permute( const ParticleBins& bins, AoSoA& aosoa, AoSoA& spare )
             to.setTuple( k, from.getTuple( bins.permutation( k ) ) );
         } );
     std::swap( aosoa, spare );
+    if ( !keep_spare )
+        spare = AoSoA( spare.label() );
 }
 
 //! Copies particles, their number included.
@@ -312,9 +316,9 @@ class Sidecar : public SidecarBase
                     aosoa.setTuple( p, typename aosoa_type::tuple_type{} );
                 } );
     }
-    void permute( const ParticleBins& bins ) override
+    void permute( const ParticleBins& bins, const bool keep_spare ) override
     {
-        Impl::permute( bins, _aosoa, _spare );
+        Impl::permute( bins, _aosoa, _spare, keep_spare );
     }
     void move( const IndexList& from, const IndexList& to,
                const int count ) override
@@ -430,11 +434,12 @@ class Particles
     }
 
     //! Reorders particles and sidecars. What was saved is lost.
-    void permute( const ParticleBins& bins )
+    //! \param keep_spare the memory of the old order, which `save` needs too
+    void permute( const ParticleBins& bins, const bool keep_spare )
     {
-        Impl::permute( bins, _aosoa, _saved );
+        Impl::permute( bins, _aosoa, _saved, keep_spare );
         for ( auto& sidecar : _sidecars )
-            sidecar->permute( bins );
+            sidecar->permute( bins, keep_spare );
     }
 
     /*!

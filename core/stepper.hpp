@@ -492,7 +492,7 @@ class Stepper : public Simulation
         const auto& box = state.layout.box;
         computeKeys( x, state.grid, box, keys );
         const auto bins = Cabana::binByKey( keys, box.totalCells() );
-        state.particles.permute( bins );
+        state.particles.permute( bins, _most_retries > 0 );
         if ( state.reproducible )
             checkCrowding( mostInCell( bins ) );
     }
