@@ -14,6 +14,15 @@
 namespace Machpoint
 {
 
+int launchedProcesses()
+{
+    // Open MPI; MPICH, and what launches its programs.
+    for ( const char* name : { "OMPI_COMM_WORLD_SIZE", "PMI_SIZE" } )
+        if ( const char* text = std::getenv( name ) )
+            return std::max( 1, std::atoi( text ) );
+    return 1;
+}
+
 #ifdef MACHPOINT_ENABLE_MPI
 
 namespace

@@ -35,6 +35,11 @@ class MpiSession
     MpiSession& operator=( const MpiSession& ) = delete;
 };
 
+//! How many processes the launcher of this one says that it started; 1 without
+//! a launcher. More than a Communicator has where this build lacks MPI, or has
+//! another MPI than the launcher.
+int launchedProcesses();
+
 //! Does MPI read and write this build's memory? It does not know a GPU's unless
 //! it was built and started for it; messages then go through copies on the
 //! host.

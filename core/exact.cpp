@@ -440,15 +440,6 @@ GasLaw gasLaw( const Json& input )
 
 namespace
 {
-//! Up to three numbers of the input as a vector, zeros behind them.
-Vector<3> toVector3( const Json& json )
-{
-    Vector<3> result = { 0, 0, 0 };
-    for ( std::size_t d = 0; d < json.size(); ++d )
-        result[d] = json[d].get<Real>();
-    return result;
-}
-
 Vector<3> axisVector( const Json& axis )
 {
     Vector<3> result = { 0, 0, 0 };
@@ -470,13 +461,6 @@ Vector<3> unitNormal( const Json& initial )
     for ( int d = 0; d < 3; ++d )
         normal[d] /= length;
     return normal;
-}
-
-GasState toGasState( const Json& json )
-{
-    return { json.at( "density" ).get<Real>(),
-             toVector3( json.at( "velocity" ) ),
-             json.at( "pressure" ).get<Real>() };
 }
 
 //! The first entry of a type in a list of the input.

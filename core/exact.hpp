@@ -24,6 +24,23 @@ struct GasState
     Real pressure;
 };
 
+//! Up to three numbers of an input as a vector, zeros behind them; zeros if
+//! null.
+inline Vector<3> toVector3( const Json& json )
+{
+    Vector<3> result{};
+    for ( std::size_t d = 0; d < json.size(); ++d )
+        result[d] = json[d];
+    return result;
+}
+
+//! The keys `density`, `velocity` and `pressure` of an input.
+inline GasState toGasState( const Json& json )
+{
+    return { json.at( "density" ), toVector3( json.at( "velocity" ) ),
+             json.at( "pressure" ) };
+}
+
 /*!
   \brief Exact solution of the Riemann problem of a stiffened gas,
   \f$ p = (\gamma - 1) \rho e - \gamma p_\infty \f$.

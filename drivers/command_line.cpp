@@ -182,6 +182,19 @@ int study( const Communicator& ranks, const std::string& file,
     return std::fflush( stdout ) == 0 ? code : io_failure;
 }
 
+//! \throws InputError where processes that were started together know nothing
+//! of each other: each would do the whole run.
+void requireAllProcesses( const Communicator& ranks )
+{
+    const int launched = launchedProcesses();
+    if ( launched > ranks.size() )
+        throw InputError( { fmt::format(
+            "machpoint: {} processes were started, and this one knows of {}; "
+            "start one, or configure with -DMachpoint_ENABLE_MPI=ON and start "
+            "them with the mpirun of the same MPI",
+            launched, ranks.size() ) } );
+}
+
 //! Ends a rank upon a failure that the others may not have met: they would wait
 //! for it for ever.
 int endAlone( const Communicator& ranks, const ExitCode code )
@@ -293,6 +306,7 @@ int runCommandLine( int argc, char** argv )
 
     try
     {
+        requireAllProcesses( ranks );
         if ( study_command.parsed() )
             return study( ranks, file, study_options );
         // Kokkos' own flags are not ours; its environment variables work.

@@ -154,19 +154,26 @@ ParticleData asPoints( const GridData& fields )
     return points;
 }
 
+//! Fields as they are written. (A function without Dim: in a template nvcc
+//! loses the inner braces.)
+std::vector<Dataset> datasetsOf( const GridData& data,
+                                 const std::vector<std::size_t>& vector_shape )
+{
+    return { { "density", data.shape, data.density.data() },
+             { "pressure", data.shape, data.pressure.data() },
+             { "specific_internal_energy", data.shape,
+               data.specific_internal_energy.data() },
+             { "velocity", vector_shape, data.velocity.data() } };
+}
+
 template <int Dim>
 void writeFields( OutputDirectory& directory, const FiniteVolume<Dim>& solver )
 {
     const auto data = solver.fields();
     auto vector_shape = data.shape;
     vector_shape.push_back( Dim );
-    directory.writeGrid(
-        solver.steps(), solver.time(), data.lower, data.spacing,
-        { { "density", data.shape, data.density.data() },
-          { "pressure", data.shape, data.pressure.data() },
-          { "specific_internal_energy", data.shape,
-            data.specific_internal_energy.data() },
-          { "velocity", vector_shape, data.velocity.data() } } );
+    directory.writeGrid( solver.steps(), solver.time(), data.lower,
+                         data.spacing, datasetsOf( data, vector_shape ) );
 }
 
 //! Runs a checked scene to its end and writes what it found.

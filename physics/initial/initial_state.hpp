@@ -87,22 +87,6 @@ inline Parameters declareGasState( const std::string& name,
     return p;
 }
 
-//! Up to three numbers as a vector, zeros behind them; zeros if null.
-inline Vector<3> toVector3( const Json& json )
-{
-    Vector<3> result{};
-    for ( std::size_t d = 0; d < json.size(); ++d )
-        result[d] = json[d];
-    return result;
-}
-
-//! Reads what declareGasState declares.
-inline GasState toGasState( const Json& json )
-{
-    return { json.at( "density" ), toVector3( json.at( "velocity" ) ),
-             json.at( "pressure" ) };
-}
-
 //! Declares the keys `axis` and `normal` of a state that varies along a line.
 inline void declareDirection( Parameters& p, const std::string& what )
 {
