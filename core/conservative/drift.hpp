@@ -68,7 +68,7 @@ void driftParticles( const State<Dim>& state,
                 const Lanes after =
                     before + half * ( load( v, p, b ) + load( extra, p, b ) );
                 store( x, after, p, b );
-                if constexpr ( !Basis::constant_moment )
+                if ( !Basis::constant_moment )
                 {
                     const Lanes moment =
                         momentAt<Basis, Dim>( grid, before, b );
