@@ -108,8 +108,8 @@ TEST( Particles, sortingCarriesSidecarsAlong )
         particles.addSidecar<Label>( "labels", DuringStep::changes );
     const int n = 500;
     number( particles, sidecar, n );
-    particles.permute(
-        Cabana::binByKey( fallingKeys( n ), ( n - 1 ) / 7 + 1 ) );
+    particles.permute( Cabana::binByKey( fallingKeys( n ), ( n - 1 ) / 7 + 1 ),
+                       true );
     const auto order = ids( particles, sidecar );
     for ( int p = 1; p < n; ++p )
         EXPECT_LE( ( n - 1 - order[p - 1] ) / 7, ( n - 1 - order[p] ) / 7 );
