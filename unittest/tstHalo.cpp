@@ -166,12 +166,13 @@ void checkAdjoint( const std::array<SideKind, Dim>& kind )
         }
     halo.fold( a, components );
     Kokkos::deep_copy( ha, a );
-    // weight() reads device memory.
+    // A weight reads device memory.
+    const auto weight = halo.weights();
     Kokkos::View<Real*, MemorySpace> weights( "weights", layout.total );
     Kokkos::parallel_for(
         "weights", Range( 0, layout.total ), KOKKOS_LAMBDA( const int row ) {
             const auto i = layout.indices( row );
-            weights( row ) = layout.isOwned( i ) ? halo.weights()( i ) : 0.0;
+            weights( row ) = layout.isOwned( i ) ? weight( i ) : 0.0;
         } );
     auto hw =
         Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), weights );
