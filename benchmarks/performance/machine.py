@@ -63,9 +63,10 @@ class Watch:
                 "triad": statistics.median(self.rates),
                 "triad_spread": spread(self.rates),
                 "median_spread": statistics.median(spreads)}
+        # No spread at all: nothing was repeated, and nobody knows.
         seen["quiet"] = (others < QUIET and
                          seen["triad_spread"] < QUIET and
-                         seen["median_spread"] < QUIET)
+                         0 < seen["median_spread"] < QUIET)
         return seen
 
 
