@@ -292,10 +292,10 @@ void gatherRates( const State<Dim>& state, const NodeView& faces,
                         curl += spin * spin;
                     }
                 const Lanes speed = Kokkos::abs( D );
-                const Lanes share =
-                    speed * rough /
-                    ( ( speed + Kokkos::sqrt( curl ) + ( 1e-4 / h ) * c ) *
-                      compression );
+                // Two ratios: the product of their denominators may underflow.
+                const Lanes straight =
+                    speed / ( speed + Kokkos::sqrt( curl ) + ( 1e-4 / h ) * c );
+                const Lanes share = straight * ( rough / compression );
                 phi = choose( zero < compression,
                               choose( zero < c, share, phi ), phi );
             }
