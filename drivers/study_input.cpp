@@ -2,6 +2,7 @@
 
 #include <drivers/input.hpp>
 #include <drivers/study_fit.hpp>
+#include <drivers/study_process.hpp>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,6 +18,10 @@ namespace
 {
 
 constexpr auto resolution = "grid.cells"; // what makes a line
+constexpr auto solver_key = "solver";     // no part of the input
+
+//! The programs that a study can run, by name.
+const std::vector<std::string> solver_names = { "machpoint", "finite_volume" };
 
 //! What a run can be measured by.
 Family referenceFamily()
@@ -46,7 +51,8 @@ Parameters studyParameters()
         .defaultsTo( Json::object() );
     all.anything( "vary", "what the runs differ in: a list of objects path -> "
                           "list of values; each object gives all combinations "
-                          "of its values" );
+                          "of its values. The path solver chooses machpoint or "
+                          "finite_volume, the reference solver" );
     all.text( "error", "what a run is judged by: FIELD.NORM, or "
                        "OBSTACLE.COLUMN of its series, averaged over the "
                        "second half of the run" )
@@ -251,6 +257,11 @@ class Reader
     {
         auto input = _scene;
         std::vector<std::string> wrong;
+        if ( path == solver_key )
+        {
+            checkSolver( place, value );
+            return;
+        }
         try
         {
             setValue( input, path, value );
@@ -266,8 +277,30 @@ class Reader
                   message.starts_with( ": " ) ? message.substr( 2 ) : message );
     }
 
+    void checkSolver( const std::string& place, const Json& value )
+    {
+        if ( std::find( solver_names.begin(), solver_names.end(), value ) ==
+             solver_names.end() )
+            fail( place, fmt::format( "expected one of {}, got {}",
+                                      fmt::join( solver_names, ", " ),
+                                      value.dump() ) );
+        else if ( value != solver_names[0] &&
+                  !std::filesystem::exists(
+                      executable( Solver::finite_volume ) ) )
+            fail(
+                place,
+                fmt::format(
+                    "{} is missing: build all of Machpoint, "
+                    "or its target machpoint_reference",
+                    executable( Solver::finite_volume ).filename().string() ) );
+    }
+
     void applySettings()
     {
+        if ( _json.at( "set" ).contains( solver_key ) )
+            fail( fmt::format( "/set/{}", solver_key ),
+                  "runs choose their solver in vary, as in "
+                  "{ \"solver\": [\"finite_volume\"] }" );
         const auto errors = _errors.size();
         tryAll( "/set", _json.at( "set" ) );
         if ( errors == _errors.size() )
@@ -366,7 +399,12 @@ StudyRun makeStudyRun( const Study& study, const Json& settings,
     std::vector<std::string> words;
     for ( const auto& item : settings.items() )
     {
-        setValue( run.input, item.key(), item.value() );
+        if ( item.key() == solver_key )
+            run.solver = item.value() == solver_names[0]
+                             ? Solver::machpoint
+                             : Solver::finite_volume;
+        else
+            setValue( run.input, item.key(), item.value() );
         words.push_back(
             fmt::format( "{}={}", item.key(), shown( item.value() ) ) );
     }

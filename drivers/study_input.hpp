@@ -17,12 +17,20 @@ namespace Machpoint
 //! All keys of a study.
 Parameters studyParameters();
 
+//! Which program makes a run.
+enum class Solver
+{
+    machpoint,
+    finite_volume //!< machpoint_reference (benchmarks/reference)
+};
+
 //! One setting of a study.
 struct StudyRun
 {
     std::string line; //!< what it shares with runs that differ in cells alone
     Json settings;    //!< path -> value, as the study varies them
     Json input;       //!< resolved
+    Solver solver = Solver::machpoint;
 
     std::vector<std::int64_t> cells() const
     {

@@ -65,6 +65,15 @@ std::vector<char*> environmentOfOne()
 
 } // namespace
 
+fs::path executable( const Solver solver )
+{
+    // Under its own name even where its file has been replaced meanwhile.
+    constexpr auto self = "/proc/self/exe";
+    return solver == Solver::machpoint
+               ? fs::path( self )
+               : fs::read_symlink( self ).parent_path() / "machpoint_reference";
+}
+
 ProcessGuard::ProcessGuard()
 {
     interrupted = 0;
@@ -83,12 +92,16 @@ bool ProcessGuard::isInterrupted() const
     return interrupted != 0;
 }
 
-ProcessResult ProcessGuard::run( const fs::path& input, const fs::path& output,
+ProcessResult ProcessGuard::run( const Solver solver, const fs::path& input,
+                                 const fs::path& output,
                                  const fs::path& log ) const
 {
-    std::vector<std::string> words = {
-        "machpoint",     "run",         input.string(), "--output",
-        output.string(), "--overwrite", "--quiet" };
+    const auto program = executable( solver );
+    std::vector<std::string> words = { "machpoint", "run", "--quiet" };
+    if ( solver == Solver::finite_volume )
+        words = { program.filename().string() };
+    words.insert( words.end(), { input.string(), "--output", output.string(),
+                                 "--overwrite" } );
     std::vector<char*> arguments;
     for ( auto& word : words )
         arguments.push_back( word.data() );
@@ -103,7 +116,7 @@ ProcessResult ProcessGuard::run( const fs::path& input, const fs::path& output,
                                       O_WRONLY | O_CREAT | O_TRUNC, 0666 );
     posix_spawn_file_actions_adddup2( &files, STDOUT_FILENO, STDERR_FILENO );
     pid_t process = 0;
-    const int error = posix_spawn( &process, "/proc/self/exe", &files, nullptr,
+    const int error = posix_spawn( &process, program.c_str(), &files, nullptr,
                                    arguments.data(), environment.data() );
     posix_spawn_file_actions_destroy( &files );
     if ( error != 0 )
@@ -129,6 +142,7 @@ ProcessResult ProcessGuard::run( const fs::path& input, const fs::path& output,
                1e-6 * static_cast<Real>( time.tv_usec );
     };
     result.cpu_seconds = seconds( usage.ru_utime ) + seconds( usage.ru_stime );
+    result.peak_memory = static_cast<std::int64_t>( usage.ru_maxrss ) * 1024;
     result.first_words = firstWords( log );
     if ( result.code == 0 )
         removeFile( log );

@@ -6,7 +6,9 @@
 #define MACHPOINT_STUDY_PROCESS_HPP
 
 #include <core/types.hpp>
+#include <drivers/study_input.hpp>
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -16,10 +18,14 @@ namespace Machpoint
 //! How a process ended.
 struct ProcessResult
 {
-    int code = 0;            //!< exit code; 128 + signal if one ended it
-    Real cpu_seconds = 0;    //!< of all threads, user and system
-    std::string first_words; //!< its first line of output, for a message
+    int code = 0;                 //!< exit code; 128 + signal if one ended it
+    Real cpu_seconds = 0;         //!< of all threads, user and system
+    std::int64_t peak_memory = 0; //!< bytes
+    std::string first_words;      //!< its first line of output, for a message
 };
+
+//! The program of a solver: this very executable, or the one beside it.
+std::filesystem::path executable( Solver solver );
 
 /*!
   \brief While it lives, SIGINT and SIGTERM end the running process instead of
@@ -36,12 +42,12 @@ class ProcessGuard
     bool isInterrupted() const;
 
     /*!
-      \brief `machpoint run INPUT --output DIR --overwrite --quiet`, by this
-      very executable.
+      \brief `machpoint run INPUT --output DIR --overwrite --quiet`, or the same
+      by another solver.
       \param log file for what it prints; removed where it succeeds
       \throws IoError when no process can be started
     */
-    ProcessResult run( const std::filesystem::path& input,
+    ProcessResult run( Solver solver, const std::filesystem::path& input,
                        const std::filesystem::path& output,
                        const std::filesystem::path& log ) const;
 

@@ -241,10 +241,12 @@ std::string formatRow( const StudyRow& row, const std::string& error )
     if ( !row.isFinished() )
         return fmt::format( "{}  not run yet", head );
     const Real e = row.error( error );
-    return fmt::format( "{}  {:>10}  {:>10}  {:>9.3g} M  {:>7.1f} MiB", head,
+    const Real updates = row.record.at( "particle_updates" );
+    return fmt::format( "{}  {:>10}  {:>10}  {:>11}  {:>7.1f} MiB", head,
                         formatSeconds( row.record.at( "seconds" ) ),
                         std::isnan( e ) ? "-" : fmt::format( "{:.3e}", e ),
-                        1e-6 * row.record.at( "particle_updates" ).get<Real>(),
+                        updates > 0 ? fmt::format( "{:.3g} M", 1e-6 * updates )
+                                    : "-",
                         row.record.at( "memory_bytes" ).get<Real>() / 1048576 );
 }
 

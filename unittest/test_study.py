@@ -103,6 +103,31 @@ class Rows(StudyTest):
         self.assertEqual([r["grid.cells"] for r in table],
                          ["[20]", "[40]", "[20]", "[40]"])
 
+    def test_finite_volumes_beside_particles(self):
+        path = self.write(vary=[{"grid.cells": [[40]]},
+                                {"solver": ["finite_volume"],
+                                 "grid.cells": [[20], [40]]}], repeats=1)
+        shown = self.study(path, "--target", "density.L1=1e-1").stdout
+        ours, coarse, fine = self.result()["rows"]
+        self.assertEqual([r["line"] for r in (ours, coarse, fine)],
+                         ["tiny", "finite_volume", "finite_volume"])
+        self.assertEqual([r["status"] for r in (ours, coarse, fine)],
+                         ["finished"] * 3)
+        self.assertNotEqual(ours["id"], fine["id"])
+        self.assertGreater(ours["particles"], 0)
+        self.assertEqual(fine["particles"], 0)
+        self.assertGreater(fine["memory_bytes"], 1e6)
+        summary = json.loads((self.output / "runs" / fine["id"] /
+                              "summary.json").read_text())
+        self.assertEqual(summary["method"], "muscl_hllc")
+        self.assertEqual(summary["errors"]["density"]["L1"],
+                         fine["errors"]["density.L1"])
+        # Second order in space, with a shock: between first order and none.
+        self.assertLess(fine["errors"]["density.L1"],
+                        0.75 * coarse["errors"]["density.L1"])
+        # Advice is about settings of Machpoint.
+        self.assertIn("the fastest run is tiny", shown.replace("\n", " "))
+
     def test_a_failing_run_is_a_row(self):
         # Without a retry, such a step breaks the gas at once.
         path = self.write(vary=[{"time.cfl": [0.4, 50], "grid.cells": [[20]]}],
@@ -317,6 +342,10 @@ class Wrong(StudyTest):
             ({"vary": [{}]}, "/vary/0: expected"),
             ({"vary": [{"time.cfl": 0.3}]}, "/vary/0/time.cfl: expected"),
             ({"vary": MATRIX, "set": [1]}, "/set: expected"),
+            ({"vary": MATRIX, "set": {"solver": "finite_volume"}},
+             "/set/solver: runs choose their solver in vary"),
+            ({"vary": [{"solver": ["finite"]}]},
+             "/vary/0/solver/0: expected one of machpoint, finite_volume"),
             ({"vary": MATRIX, "study": "a/b"}, "/study: "),
             ({"vary": MATRIX, "input": "none.json"}, "none.json"),
             ({"vary": MATRIX, "reference": {"type": "run"}},
