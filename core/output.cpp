@@ -24,11 +24,17 @@ namespace
 //---------------------------------------------------------------------------//
 
 // Root files of a run and of tools/plot.py.
-constexpr const char* root_files[] = { "summary.json",      "particles.xdmf",
-                                       "grid.xdmf",         "profiles.png",
-                                       "schlieren.png",     "slices.png",
-                                       "contact_sheet.png", "movie.mp4",
-                                       "movie.gif",         "stop" };
+constexpr const char* root_files[] = { "summary.json",
+                                       "particles.xdmf",
+                                       "grid.xdmf",
+                                       "profiles.png",
+                                       "schlieren.png",
+                                       "slices.png",
+                                       "contact_sheet.png",
+                                       "movie.mp4",
+                                       "movie.gif",
+                                       "report.html",
+                                       "stop" };
 
 constexpr const char* step_folders[] = { "particles", "grid", "exact",
                                          "checkpoints" };

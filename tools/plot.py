@@ -5,7 +5,8 @@
 2D: a field and a numerical schlieren (schlieren.png).
 3D: the same on the three mid-planes (slices.png).
 All: a sheet of every output time (contact_sheet.png) and a movie (movie.mp4,
-or movie.gif where ffmpeg is missing). Prints the path of each picture.
+or movie.gif where ffmpeg is missing), and report.html: pictures, tables and the
+input in one file. Prints the path of each.
 Of a study: plot.py study DIR (plot_study.py).
 """
 import argparse
@@ -23,6 +24,7 @@ try:
     import matplotlib.animation as animation
     import matplotlib.pyplot as plt
 
+    import plot_report
     import plot_study
 except ImportError as error:
     sys.exit(f"plot.py: {error}; it needs numpy, h5py and matplotlib (Debian: apt-get "
@@ -354,8 +356,13 @@ def draw(run, steps, options, folder):
 
     figure, show = main_figure(steps[-1:])
     show(steps[-1])
-    save(figure, folder / kinds[run.dimension])
-    save(contact_sheet(run, steps, options.field), folder / "contact_sheet.png")
+    pictures = [folder / kinds[run.dimension], folder / "contact_sheet.png"]
+    save(figure, pictures[0])
+    save(contact_sheet(run, steps, options.field), pictures[1])
+    if run.summary:
+        path = folder / "report.html"
+        path.write_text(plot_report.report(run.summary, pictures))
+        print(path)
     if not options.no_movie and len(steps) > 1:
         figure, show = main_figure(steps)
         print(movie(figure, show, steps, folder))

@@ -107,6 +107,11 @@ class Rows(StudyTest):
         path = self.write(vary=[{"grid.cells": [[40]]},
                                 {"solver": ["finite_volume"],
                                  "grid.cells": [[20], [40]]}], repeats=1)
+        if not pathlib.Path(EXECUTABLE).with_name("machpoint_reference").exists():
+            # Built without benchmarks.
+            self.assertIn("/vary/1/solver/0: machpoint_reference is missing",
+                          self.study(path, code=WRONG_INPUT).stderr)
+            return
         shown = self.study(path, "--target", "density.L1=1e-1").stdout
         ours, coarse, fine = self.result()["rows"]
         self.assertEqual([r["line"] for r in (ours, coarse, fine)],

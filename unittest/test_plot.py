@@ -1,0 +1,60 @@
+"""tools/plot.py draws a run, and puts all about it into one page.
+
+The executable comes from MACHPOINT_EXECUTABLE. (Studies: test_study.py.)
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+ENVIRONMENT = dict(os.environ, OMP_PROC_BIND="false", OMP_NUM_THREADS="1")
+
+
+class Pictures(unittest.TestCase):
+
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.output = pathlib.Path(scratch.name) / "out"
+
+    def call(self, *words):
+        result = subprocess.run(list(map(str, words)), capture_output=True,
+                                text=True, timeout=120, env=ENVIRONMENT)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result.stdout
+
+    def run_sod(self, *words):
+        self.call(EXECUTABLE, "run", ROOT / "input/sod.json", "--set",
+                  "grid.cells=[20]", "--output", self.output, "--quiet", *words)
+
+    def test_report_of_a_run(self):
+        self.run_sod()
+        shown = self.call(sys.executable, ROOT / "tools/plot.py", self.output,
+                          "--no-movie")
+        pictures = ["profiles.png", "contact_sheet.png"]
+        for name in [*pictures, "report.html"]:
+            self.assertIn(str(self.output / name), shown)
+        for name in pictures:
+            self.assertEqual((self.output / name).read_bytes()[:4], b"\x89PNG")
+        page = (self.output / "report.html").read_text()
+        self.assertEqual(page.count('src="data:image/png;base64,'), 2)
+        summary = json.loads((self.output / "summary.json").read_text())
+        self.assertIn(f"{summary['errors']['density']['L1']:.4e}", page)
+        self.assertIn(summary["revision"], page)
+        # One file, whole without a network.
+        self.assertNotRegex(page, r'(src|href)="https?:')
+        self.assertNotRegex(page, r"@import|<script|<link")
+        # What is drawn goes with what it was drawn from.
+        self.run_sod("--overwrite")
+        self.assertFalse((self.output / "report.html").exists())
+        self.assertTrue((self.output / "summary.json").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
