@@ -2,6 +2,7 @@
 
 #include <drivers/input.hpp>
 #include <drivers/study_error.hpp>
+#include <drivers/study_probe.hpp>
 #include <drivers/study_process.hpp>
 #include <drivers/study_report.hpp>
 
@@ -28,14 +29,15 @@ namespace Machpoint
 namespace
 {
 
-//! A run's name: FNV-1a over its input, the threads that it may use, and what
-//! else runs it than Machpoint.
-std::string idOf( const StudyRun& run )
+//! A run's name: FNV-1a over its input, the threads that it may use, what else
+//! runs it than Machpoint, and what is read off it.
+std::string idOf( const StudyRun& run, const Json& probes )
 {
     const char* threads = std::getenv( "OMP_NUM_THREADS" );
     const auto text = fmt::format(
-        "{} {}{}", run.input.dump(), threads ? threads : "",
-        run.solver == Solver::finite_volume ? " finite_volume" : "" );
+        "{} {}{}{}", run.input.dump(), threads ? threads : "",
+        run.solver == Solver::finite_volume ? " finite_volume" : "",
+        probes.empty() ? "" : probes.dump() );
     std::uint64_t hash = 0xcbf29ce484222325u;
     for ( const unsigned char c : text )
         hash = ( hash ^ c ) * 0x100000001b3u;
@@ -43,10 +45,10 @@ std::string idOf( const StudyRun& run )
 }
 
 //! What study.json holds of a run that has not been made.
-StudyRow newRow( const StudyRun& run )
+StudyRow newRow( const StudyRun& run, const Json& probes )
 {
     return { run,
-             { { "id", idOf( run ) },
+             { { "id", idOf( run, probes ) },
                { "line", run.line },
                { "settings", run.settings },
                { "cells", run.cells() },
@@ -223,7 +225,7 @@ class Laboratory
 
     StudyRow known( const StudyRun& run ) const
     {
-        auto row = newRow( run );
+        auto row = newRow( run, _study.probes );
         const auto former =
             _former.find( row.record.at( "id" ).get<std::string>() );
         if ( former != _former.end() )
@@ -316,7 +318,11 @@ class Laboratory
         if ( _study.reference == Reference::exact )
             record["errors"] = exactErrors( summary );
         else if ( !isFieldError( _study.error ) )
+        {
             record["values"] = seriesMeans( folder );
+            if ( !_study.probes.empty() )
+                record["values"].update( probeMeans( folder, _study.probes ) );
+        }
         return true;
     }
 
@@ -326,6 +332,8 @@ class Laboratory
         for ( auto& row : _rows )
             if ( _study.reference == Reference::run )
                 compare( row, *_reference );
+            else if ( _study.reference == Reference::known )
+                compareToKnown( row );
             else if ( _study.reference == Reference::finer )
                 if ( const auto* next = nextFiner( row ) )
                     compare( row, *next );
@@ -359,12 +367,30 @@ class Laboratory
         {
             record["errors"] = Json::object();
             for ( const auto& value : record.at( "values" ).items() )
-                record["errors"][value.key()] = std::abs(
-                    value.value().get<Real>() - better.record.at( "values" )
-                                                    .at( value.key() )
-                                                    .get<Real>() );
+                record["errors"][value.key()] = distance(
+                    value.value(),
+                    better.record.at( "values" ).value( value.key(), Json() ) );
         }
         record["compared_to"] = id;
+    }
+
+    void compareToKnown( StudyRow& row ) const
+    {
+        if ( !row.isFinished() )
+            return;
+        row.record["errors"] = Json::object();
+        for ( const auto& known : _study.known.items() )
+            row.record["errors"][known.key()] = distance(
+                row.record.at( "values" ).value( known.key(), Json() ),
+                known.value() );
+    }
+
+    //! |a - b|; null unless both are numbers.
+    static Json distance( const Json& a, const Json& b )
+    {
+        return a.is_number() && b.is_number()
+                   ? Json( std::abs( a.get<Real>() - b.get<Real>() ) )
+                   : Json();
     }
 
     //! The error of a run that is not among the rows. \return false when
@@ -373,6 +399,8 @@ class Laboratory
     {
         if ( _study.reference == Reference::run )
             compare( row, *_reference );
+        if ( _study.reference == Reference::known )
+            compareToKnown( row );
         if ( _study.reference == Reference::finer && !row.isFailed() )
         {
             for ( auto& n : settings.at( "grid.cells" ) )

@@ -7,8 +7,10 @@
 #define MACHPOINT_STUDY_ERROR_HPP
 
 #include <core/parameters.hpp>
+#include <drivers/grid_fields.hpp>
 
 #include <filesystem>
+#include <vector>
 
 namespace Machpoint
 {
@@ -23,13 +25,24 @@ Json exactErrors( const Json& summary );
 */
 Json seriesMeans( const std::filesystem::path& folder );
 
+//! A grid output of a run.
+struct GridOutput
+{
+    Real time = 0;
+    std::filesystem::path file;
+};
+
+//! All of a run, in order. \throws IoError without any
+std::vector<GridOutput> gridOutputs( const std::filesystem::path& folder );
+
+//! \throws IoError
+GridFields readGrid( const std::filesystem::path& file );
+
 /*!
   \brief Differences of the last grid outputs of two runs of one scene, as
   `field.norm` -> number.
 
-  Both are interpolated linearly to the centres of the first one's cells, and
-  integrated over the domain; cells in which one of them has no gas are left
-  out.
+  At the centres of the first one's cells: see fieldDifferences.
   \param folder, finer of runs \param input resolved, of the first
   \throws IoError
 */

@@ -2,6 +2,7 @@
 
 #include <drivers/input.hpp>
 #include <drivers/study_fit.hpp>
+#include <drivers/study_probe.hpp>
 #include <drivers/study_process.hpp>
 
 #include <fmt/format.h>
@@ -30,10 +31,14 @@ Family referenceFamily()
              {
                  Parameters run( "run", "one run for all", dimension );
                  run.anything( "set", "its settings: path -> value" );
+                 Parameters known( "known", "numbers that are known",
+                                   dimension );
+                 known.anything( "values", "column -> number" );
                  return std::vector<Parameters>{
                      { "exact", "the scene's exact solution", dimension },
                      { "finer", "the next finer run of the line", dimension },
-                     run };
+                     run,
+                     known };
              } };
 }
 
@@ -53,9 +58,13 @@ Parameters studyParameters()
                           "list of values; each object gives all combinations "
                           "of its values. The path solver chooses machpoint or "
                           "finite_volume, the reference solver" );
+    all.listOf( "probes", probeFamily(),
+                "what is read off the grid outputs (output.every) of the "
+                "second half of a run, and averaged" )
+        .defaultsTo( Json::array() );
     all.text( "error", "what a run is judged by: FIELD.NORM, or "
                        "OBSTACLE.COLUMN of its series, averaged over the "
-                       "second half of the run" )
+                       "second half of the run, or PROBE.COLUMN" )
         .nonEmpty()
         .defaultsTo( "density.L1" );
     all.oneOf( "reference", referenceFamily(),
@@ -88,10 +97,12 @@ std::vector<std::string> fieldErrors()
     return names;
 }
 
-//! Columns of the obstacles' series. \param input resolved
-std::vector<std::string> obstacleErrors( const Json& input )
+//! Columns of the obstacles' series and of the probes. \param input resolved
+std::vector<std::string> columnErrors( const Json& input, const Json& probes )
 {
     std::vector<std::string> names;
+    for ( const auto& probe : probes )
+        names.push_back( probeColumn( probe ) );
     const int dimension = input.at( "dimension" );
     for ( const auto& entry : input.at( "boundary" ) )
     {
@@ -153,6 +164,7 @@ class Reader
             applySettings();
         if ( has_matrix )
             tryMatrix();
+        checkProbes();
         checkReference();
         throwIfWrong( true );
         makeRuns();
@@ -318,6 +330,50 @@ class Reader
                             item.key(), item.value()[v] );
     }
 
+    void checkProbes()
+    {
+        auto& probes = _json["probes"];
+        const auto place = _file + ": /probes";
+        if ( std::any_of( _errors.begin(), _errors.end(),
+                          [&]( const auto& error )
+                          { return error.starts_with( place ); } ) )
+            probes = Json::array(); // what is wrong with it has been told
+        const int dimension = _input.at( "dimension" );
+        std::set<std::string> names;
+        for ( std::size_t k = 0; k < probes.size(); ++k )
+        {
+            for ( const auto& key : misfitPlaces( probes[k], dimension ) )
+                fail( fmt::format( "/probes/{}/{}", k, key ),
+                      fmt::format( "expected {} number(s), as the scene has "
+                                   "{} axes",
+                                   dimension, dimension ) );
+            if ( !names.insert( probeColumn( probes[k] ) ).second )
+                fail( fmt::format( "/probes/{}/name", k ),
+                      "is that of another probe" );
+        }
+    }
+
+    //! The values that are known: of columns, the error's among them.
+    void checkKnown()
+    {
+        const auto& values = _json.at( "reference" ).at( "values" );
+        const auto names = columnErrors( _input, _json.at( "probes" ) );
+        const auto fits = [&]( const auto& item )
+        {
+            return item.value().is_number() &&
+                   std::find( names.begin(), names.end(), item.key() ) !=
+                       names.end();
+        };
+        const auto items = values.items();
+        if ( !values.is_object() ||
+             !std::all_of( items.begin(), items.end(), fits ) ||
+             !values.contains( _json.value( "error", "" ) ) )
+            fail( "/reference/values",
+                  fmt::format( "expected an object column -> number with the "
+                               "column of /error; columns are {}",
+                               fmt::join( names, ", " ) ) );
+    }
+
     void checkReference()
     {
         const auto& reference = _json.at( "reference" );
@@ -329,7 +385,10 @@ class Reader
         if ( type == "run" &&
              checkSettings( "/reference/set", "set", reference ) )
             tryAll( "/reference/set", reference.at( "set" ) );
+        if ( type == "known" )
+            checkKnown();
         _study.reference = type == "run"     ? Reference::run
+                           : type == "known" ? Reference::known
                            : type == "finer" ? Reference::finer
                                              : Reference::exact;
         const auto& error = _json.at( "error" );
@@ -337,7 +396,8 @@ class Reader
             return;
         auto names = fieldErrors();
         if ( _study.reference != Reference::exact )
-            for ( const auto& column : obstacleErrors( _input ) )
+            for ( const auto& column :
+                  columnErrors( _input, _json.at( "probes" ) ) )
                 names.push_back( column );
         const auto name = error.get<std::string>();
         if ( std::find( names.begin(), names.end(), name ) != names.end() )
@@ -358,8 +418,12 @@ class Reader
             fail( "/study", "names a directory, so it must hold no slash" );
         _study.error = _json.at( "error" );
         _study.repeats = _json.at( "repeats" );
-        if ( isFieldError( _study.error ) &&
-             _study.reference != Reference::exact )
+        _study.probes = _json.at( "probes" );
+        if ( _study.reference == Reference::known )
+            _study.known = _json.at( "reference" ).at( "values" );
+        if ( !_study.probes.empty() ||
+             ( isFieldError( _study.error ) &&
+               _study.reference != Reference::exact ) )
             _scene["output"]["grid"] = true;
         _study.scene = _scene;
         std::set<std::string> told;
@@ -419,10 +483,17 @@ StudyRun makeStudyRun( const Study& study, const Json& settings,
 
 std::vector<std::string> errorNames( const Study& study )
 {
+    if ( study.reference == Reference::known )
+    {
+        std::vector<std::string> names;
+        for ( const auto& item : study.known.items() )
+            names.push_back( item.key() );
+        return names;
+    }
     // Grids are kept only where they are compared.
     return isFieldError( study.error )
                ? fieldErrors()
-               : obstacleErrors( study.runs.front().input );
+               : columnErrors( study.runs.front().input, study.probes );
 }
 
 Study loadStudy( const std::string& file )

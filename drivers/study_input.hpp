@@ -6,6 +6,7 @@
 #define MACHPOINT_STUDY_INPUT_HPP
 
 #include <core/parameters.hpp>
+#include <core/types.hpp>
 
 #include <cstdint>
 #include <string>
@@ -43,7 +44,8 @@ enum class Reference
 {
     exact, //!< the scene's exact solution
     finer, //!< the next finer run of the line
-    run    //!< one run for all
+    run,   //!< one run for all
+    known  //!< numbers that are known
 };
 
 //! What a run's time is.
@@ -57,8 +59,10 @@ enum class Clock
 struct Study
 {
     std::string name;
-    std::string error; //!< field.norm or obstacle.column
+    std::string error; //!< field.norm, obstacle.column or probe.column
     Reference reference = Reference::exact;
+    Json known;  //!< of Reference::known: column -> number
+    Json probes; //!< resolved
     int repeats = 1;
     Clock clock = Clock::wall;           //!< not from the file
     Json scene;                          //!< input with `set`, not resolved
@@ -77,7 +81,8 @@ bool isFieldError( const std::string& error );
 StudyRun makeStudyRun( const Study& study, const Json& settings,
                        const std::string& file );
 
-//! The errors that a study tells, as `field.norm` or `obstacle.column`.
+//! The errors that a study tells, as `field.norm`, or as `obstacle.column` and
+//! `probe.column`.
 std::vector<std::string> errorNames( const Study& study );
 
 /*!

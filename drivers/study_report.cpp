@@ -154,9 +154,9 @@ Json makeStudyJson( const Study& study, const std::vector<StudyRow>& rows,
     json["scene"] = study.scene.at( "scene" );
     json["dimension"] = study.scene.at( "dimension" );
     json["error"] = study.error;
-    json["reference"] = study.reference == Reference::exact   ? "exact"
-                        : study.reference == Reference::finer ? "finer"
-                                                              : "run";
+    // In the order of Reference.
+    constexpr const char* references[] = { "exact", "finer", "run", "known" };
+    json["reference"] = references[static_cast<int>( study.reference )];
     json["repeats"] = study.repeats;
     json["clock"] = clockName( study.clock );
     json["revision"] = revision;

@@ -136,7 +136,7 @@ def work_precision(study):
     if errors and axis.get_ylim()[1] > 100 * max(errors):
         axis.set_ylim(0.5 * min(errors), 100 * max(errors))
     against = {"exact": "the exact solution", "finer": "the next finer run",
-               "run": "the reference run"}[study.json["reference"]]
+               "run": "the reference run", "known": "the known value"}[study.json["reference"]]
     finish(axis, study, study.seconds, f"{study.error} against {against}")
     return figure
 

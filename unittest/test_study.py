@@ -133,6 +133,31 @@ class Rows(StudyTest):
         # Advice is about settings of Machpoint.
         self.assertIn("the fastest run is tiny", shown.replace("\n", " "))
 
+    def test_probes(self):
+        # Sod's shock stands at 0.5 + 1.7522 t; gas ahead of it has not heard
+        # of it. The second of two outputs is the second half of the run.
+        def probe(kind, name, **keys):
+            return {"type": kind, "name": name, **keys}
+        line = {"from": [1], "to": [0]}
+        known = {"shock.distance": 0.5 - 1.7522 * 0.2, "ahead.pressure": 0.1,
+                 "most.density": 1}
+        path = self.write(
+            vary=[{"grid.cells": [[80]]}], repeats=1,
+            probes=[probe("crossing", "shock", value=0.2, **line),
+                    probe("crossing", "nowhere", value=7, **line),
+                    probe("maximum", "most", **line),
+                    probe("point", "ahead", field="pressure", at=[0.95])],
+            error="shock.distance",
+            reference={"type": "known", "values": known})
+        self.study(path)
+        row, = self.result()["rows"]
+        self.assertEqual(set(row["errors"]), set(known))
+        for name, value in known.items():
+            self.assertAlmostEqual(row["values"][name], value, delta=0.02)
+            self.assertAlmostEqual(row["errors"][name],
+                                   abs(row["values"][name] - value))
+        self.assertIsNone(row["values"]["nowhere.distance"])
+
     def test_a_failing_run_is_a_row(self):
         # Without a retry, such a step breaks the gas at once.
         path = self.write(vary=[{"time.cfl": [0.4, 50], "grid.cells": [[20]]}],
@@ -349,6 +374,18 @@ class Wrong(StudyTest):
             ({"vary": MATRIX, "set": [1]}, "/set: expected"),
             ({"vary": MATRIX, "set": {"solver": "finite_volume"}},
              "/set/solver: runs choose their solver in vary"),
+            ({"vary": MATRIX, "probes": [
+                {"type": "point", "name": "p", "at": [0, 0]},
+                {"type": "point", "name": "p", "at": [0]}]},
+             "/probes/0/at: expected 1 number(s)"),
+            ({"vary": MATRIX, "probes": 2 * [
+                {"type": "point", "name": "p", "at": [0]}]},
+             "/probes/1/name: is that of another probe"),
+            ({"vary": MATRIX, "error": "p.pressure"}, "/error: expected one of"),
+            ({"vary": MATRIX, "error": "p.density",
+              "probes": [{"type": "point", "name": "p", "at": [0]}],
+              "reference": {"type": "known", "values": {"p.pressure": 1}}},
+             "/reference/values: expected"),
             ({"vary": [{"solver": ["finite"]}]},
              "/vary/0/solver/0: expected one of machpoint, finite_volume"),
             ({"vary": MATRIX, "study": "a/b"}, "/study: "),
