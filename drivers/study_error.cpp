@@ -168,10 +168,15 @@ class GridFields
     std::vector<std::vector<Real>> _fields; // [fields][nodes]
 };
 
-} // namespace
+//! Norms of the difference of two runs' field, and the L1 of the second's.
+struct Difference
+{
+    std::string field;
+    Real L1 = 0, L2 = 0, Linf = 0, size = 0;
+};
 
-Json gridErrors( const fs::path& folder, const fs::path& finer,
-                 const Json& input )
+std::vector<Difference> differences( const fs::path& folder,
+                                     const fs::path& finer, const Json& input )
 {
     const GridFields coarse( folder ), fine( finer );
     const auto& grid = input.at( "grid" );
@@ -188,7 +193,7 @@ Json gridErrors( const fs::path& folder, const fs::path& finer,
 
     constexpr std::array names = { "density", "pressure",
                                    "specific_internal_energy", "velocity" };
-    std::array<Real, 4> sum{}, square{}, largest{};
+    std::array<Real, 4> sum{}, square{}, largest{}, size{};
     for ( std::int64_t cell = 0; cell < count; ++cell )
     {
         std::array<Real, 3> x{};
@@ -204,26 +209,56 @@ Json gridErrors( const fs::path& folder, const fs::path& finer,
         const auto a = coarse.at( x ), b = fine.at( x );
         if ( a.empty() || b.empty() )
             continue;
-        std::array<Real, 4> difference{};
+        std::array<Real, 4> difference{}, value{};
         for ( std::size_t f = 0; f < 3; ++f )
+        {
             difference[f] = std::abs( a[f] - b[f] );
+            value[f] = std::abs( b[f] );
+        }
         for ( std::size_t f = 3; f < a.size(); ++f )
+        {
             difference[3] = std::hypot( difference[3], a[f] - b[f] );
+            value[3] = std::hypot( value[3], b[f] );
+        }
         for ( std::size_t f = 0; f < 4; ++f )
         {
             sum[f] += volume * difference[f];
             square[f] += volume * difference[f] * difference[f];
             largest[f] = std::max( largest[f], difference[f] );
+            size[f] += volume * value[f];
         }
     }
-    Json errors = Json::object();
+    std::vector<Difference> all;
     for ( std::size_t f = 0; f < 4; ++f )
+        all.push_back(
+            { names[f], sum[f], std::sqrt( square[f] ), largest[f], size[f] } );
+    return all;
+}
+
+} // namespace
+
+Json gridErrors( const fs::path& folder, const fs::path& finer,
+                 const Json& input )
+{
+    Json errors = Json::object();
+    for ( const auto& d : differences( folder, finer, input ) )
     {
-        errors[fmt::format( "{}.L1", names[f] )] = sum[f];
-        errors[fmt::format( "{}.L2", names[f] )] = std::sqrt( square[f] );
-        errors[fmt::format( "{}.Linf", names[f] )] = largest[f];
+        errors[fmt::format( "{}.L1", d.field )] = d.L1;
+        errors[fmt::format( "{}.L2", d.field )] = d.L2;
+        errors[fmt::format( "{}.Linf", d.field )] = d.Linf;
     }
     return errors;
+}
+
+Json gridChanges( const fs::path& folder, const fs::path& whole,
+                  const Json& input )
+{
+    Json changes = Json::object();
+    for ( const auto& d : differences( folder, whole, input ) )
+        if ( d.field != "specific_internal_energy" )
+            changes[fmt::format( "{}.change", d.field )] =
+                d.size > 0 ? Json( d.L1 / d.size ) : Json();
+    return changes;
 }
 
 } // namespace Machpoint

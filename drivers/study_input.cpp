@@ -1,6 +1,7 @@
 #include <drivers/study_input.hpp>
 
 #include <drivers/input.hpp>
+#include <drivers/study_effects.hpp>
 #include <drivers/study_fit.hpp>
 
 #include <fmt/format.h>
@@ -41,12 +42,18 @@ Parameters studyParameters()
         .nonEmpty();
     all.text( "input", "the scene: its file, as seen from that of the study" )
         .nonEmpty();
+    all.choice( "kind", { "accuracy", "effects" },
+                "what accuracy costs: the runs of `vary`; or what effects "
+                "cost: the scene as it is, without each of its effects, and "
+                "without all" )
+        .defaultsTo( "accuracy" );
     all.anything( "set", "settings of all runs: an object path -> value, as "
                          "in --set" )
         .defaultsTo( Json::object() );
     all.anything( "vary", "what the runs differ in: a list of objects path -> "
                           "list of values; each object gives all combinations "
-                          "of its values" );
+                          "of its values; only of accuracy, which needs it" )
+        .optional();
     all.text( "error", "what a run is judged by: FIELD.NORM, or "
                        "OBSTACLE.COLUMN of its series, averaged over the "
                        "second half of the run" )
@@ -54,7 +61,7 @@ Parameters studyParameters()
         .defaultsTo( "density.L1" );
     all.oneOf( "reference", referenceFamily(),
                "what the error is measured against; by default the exact "
-               "solution" )
+               "solution; only of accuracy" )
         .defaultsTo( Json::object( { { "type", "exact" } } ) );
     all.integer( "repeats", "how often each run is timed; the median counts" )
         .atLeast( 1 )
@@ -135,10 +142,12 @@ class Reader
 
     Study read()
     {
-        _json = resolve( parseJson( readFile( _file ), _file ),
-                         studyParameters(), _file, _errors );
+        _written = parseJson( readFile( _file ), _file );
+        _json = resolve( _written, studyParameters(), _file, _errors );
+        if ( _json.contains( "kind" ) && _json.at( "kind" ) == "effects" )
+            _study.kind = StudyKind::effects;
         const bool has_settings = checkSettings( "/set", "set", _json );
-        const bool has_matrix = checkMatrix();
+        const bool has_matrix = isOfEffects() ? refuseMatrix() : checkMatrix();
         throwIfWrong( !_json.contains( "input" ) ||
                       !_json.at( "input" ).is_string() );
         readScene();
@@ -148,6 +157,7 @@ class Reader
         if ( has_matrix )
             tryMatrix();
         checkReference();
+        checkError();
         throwIfWrong( true );
         makeRuns();
         throwIfWrong( true );
@@ -155,6 +165,8 @@ class Reader
     }
 
   private:
+    bool isOfEffects() const { return _study.kind == StudyKind::effects; }
+
     void fail( const std::string& place, const std::string& message )
     {
         _errors.push_back( fmt::format( "{}: {}: {}", _file, place, message ) );
@@ -185,7 +197,12 @@ class Reader
     {
         constexpr auto example = "as in [ { \"grid.cells\": [[100], [200]] } ]";
         if ( !_json.contains( "vary" ) )
+        {
+            fail( "/vary", fmt::format( "missing: a list of objects path -> "
+                                        "list of values, {}",
+                                        example ) );
             return false;
+        }
         const auto& vary = _json.at( "vary" );
         if ( !vary.is_array() || vary.empty() )
         {
@@ -215,6 +232,17 @@ class Reader
                 }
         }
         return fits;
+    }
+
+    //! A study of effects has neither a matrix nor a choice of reference.
+    bool refuseMatrix()
+    {
+        for ( const auto* key : { "vary", "reference" } )
+            if ( _written.contains( key ) )
+                fail( fmt::format( "/{}", key ),
+                      "a study of effects compares the scene as it is with "
+                      "the scene without each effect; leave this out" );
+        return false;
     }
 
     void readScene()
@@ -287,6 +315,12 @@ class Reader
 
     void checkReference()
     {
+        if ( isOfEffects() )
+        {
+            _study.reference =
+                _input.contains( "exact" ) ? Reference::exact : Reference::none;
+            return;
+        }
         const auto& reference = _json.at( "reference" );
         const auto type = reference.value( "type", "" );
         if ( type == "exact" && !_input.contains( "exact" ) )
@@ -299,13 +333,32 @@ class Reader
         _study.reference = type == "run"     ? Reference::run
                            : type == "finer" ? Reference::finer
                                              : Reference::exact;
-        const auto& error = _json.at( "error" );
+    }
+
+    void checkError()
+    {
+        auto& error = _json.at( "error" );
         if ( !error.is_string() )
             return;
-        auto names = fieldErrors();
-        if ( _study.reference != Reference::exact )
+        // Changes are told in any case; an error takes an exact solution.
+        if ( _study.reference == Reference::none &&
+             !_written.contains( "error" ) )
+        {
+            error = "";
+            return;
+        }
+        std::vector<std::string> names;
+        if ( _study.reference != Reference::none )
+            names = fieldErrors();
+        if ( isOfEffects() || _study.reference != Reference::exact )
             for ( const auto& column : obstacleErrors( _input ) )
                 names.push_back( column );
+        if ( names.empty() )
+        {
+            fail( "/error", "the scene has neither an exact solution nor an "
+                            "obstacle to measure; leave this out" );
+            return;
+        }
         const auto name = error.get<std::string>();
         if ( std::find( names.begin(), names.end(), name ) != names.end() )
             return;
@@ -325,16 +378,19 @@ class Reader
             fail( "/study", "names a directory, so it must hold no slash" );
         _study.error = _json.at( "error" );
         _study.repeats = _json.at( "repeats" );
-        if ( isFieldError( _study.error ) &&
-             _study.reference != Reference::exact )
+        if ( isOfEffects() || ( isFieldError( _study.error ) &&
+                                _study.reference != Reference::exact ) )
             _scene["output"]["grid"] = true;
         _study.scene = _scene;
         std::set<std::string> told;
-        auto add = [&]( const Json& settings, std::vector<StudyRun>& runs )
+        auto add = [&]( const Json& settings, std::vector<StudyRun>& runs,
+                        const std::string& line = "" )
         {
             try
             {
                 runs.push_back( makeStudyRun( _study, settings, _file ) );
+                if ( !line.empty() )
+                    runs.back().line = line;
             }
             catch ( const InputError& error )
             {
@@ -343,6 +399,22 @@ class Reader
                         _errors.push_back( message );
             }
         };
+        if ( isOfEffects() )
+        {
+            add( Json::object(), _study.runs, "as it is" );
+            throwIfWrong( true );
+            const Json input = _study.runs.front().input;
+            auto leaveOut =
+                [&]( const std::string& effect, const Json& settings )
+            {
+                _study.effects.push_back( effect );
+                add( settings, _study.runs, lineWithout( effect ) );
+            };
+            for ( const auto& effect : optionalEffects( input ) )
+                leaveOut( effect.name, effect.off );
+            leaveOut( all_effects, withoutAll( input ) );
+            return;
+        }
         for ( const auto& settings : expandMatrix( _json.at( "vary" ) ) )
             add( settings, _study.runs );
         if ( _study.reference == Reference::run )
@@ -351,9 +423,10 @@ class Reader
 
     const std::string& _file;
     std::vector<std::string> _errors;
-    Json _json;  // the study
-    Json _scene; // as written, then with `set`
-    Json _input; // the scene resolved
+    Json _written; // the study
+    Json _json;    // the same with its defaults
+    Json _scene;   // as written, then with `set`
+    Json _input;   // the scene resolved
     Study _study;
 };
 
@@ -381,6 +454,21 @@ StudyRun makeStudyRun( const Study& study, const Json& settings,
 
 std::vector<std::string> errorNames( const Study& study )
 {
+    if ( study.kind == StudyKind::effects )
+    {
+        auto names = study.reference == Reference::exact
+                         ? fieldErrors()
+                         : std::vector<std::string>();
+        std::vector<std::string> changing = { "density", "velocity",
+                                              "pressure" };
+        if ( !study.error.empty() && !isFieldError( study.error ) )
+            for ( const auto& column :
+                  obstacleErrors( study.runs.front().input ) )
+                changing.push_back( column );
+        for ( const auto& name : changing )
+            names.push_back( fmt::format( "{}.change", name ) );
+        return names;
+    }
     // Grids are kept only where they are compared.
     return isFieldError( study.error )
                ? fieldErrors()

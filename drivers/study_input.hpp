@@ -30,9 +30,17 @@ struct StudyRun
     }
 };
 
+//! What a study is about.
+enum class StudyKind
+{
+    accuracy, //!< what accuracy costs in time: many settings of a scene
+    effects   //!< what effects cost: the scene without each of them
+};
+
 //! What a study measures its runs by.
 enum class Reference
 {
+    none,  //!< of effects, where the scene has no exact solution
     exact, //!< the scene's exact solution
     finer, //!< the next finer run of the line
     run    //!< one run for all
@@ -49,12 +57,16 @@ enum class Clock
 struct Study
 {
     std::string name;
-    std::string error; //!< field.norm or obstacle.column
+    StudyKind kind = StudyKind::accuracy;
+    std::string error; //!< field.norm or obstacle.column; of effects perhaps
+                       //!< empty: none
     Reference reference = Reference::exact;
     int repeats = 1;
-    Clock clock = Clock::wall;           //!< not from the file
-    Json scene;                          //!< input with `set`, not resolved
-    std::vector<StudyRun> runs;          //!< in the order of the file
+    Clock clock = Clock::wall;  //!< not from the file
+    Json scene;                 //!< input with `set`, not resolved
+    std::vector<StudyRun> runs; //!< in the order of the file; of effects the
+                                //!< scene as it is, without each, without all
+    std::vector<std::string> effects;    //!< that runs leave out
     std::vector<StudyRun> reference_run; //!< one, or none
 };
 
@@ -69,7 +81,8 @@ bool isFieldError( const std::string& error );
 StudyRun makeStudyRun( const Study& study, const Json& settings,
                        const std::string& file );
 
-//! The errors that a study tells, as `field.norm` or `obstacle.column`.
+//! The errors that a study tells, as `field.norm` or `obstacle.column`; of
+//! effects also changes, as `field.change`.
 std::vector<std::string> errorNames( const Study& study );
 
 /*!
