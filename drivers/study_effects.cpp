@@ -111,41 +111,57 @@ std::string signedBytes( const Real bytes )
                             : fmt::format( "{:+.3g} MiB", bytes / 1048576 );
 }
 
-//! "+0.0123 s  +4.5 %"
-std::string signedTime( const Real seconds, const Real whole )
+//! Of a column of results: a change needs no other word than its field.
+std::string heading( const std::string& name )
 {
-    return fmt::format( "{:+.3g} s {:>7}", seconds,
-                        fmt::format( "{:+.1f} %", 100 * seconds / whole ) );
+    const std::string change = ".change";
+    return name.ends_with( change )
+               ? name.substr( 0, name.size() - change.size() )
+               : name;
+}
+
+Real kernelsPerStep( const StudyRow& row )
+{
+    return row.record.at( "kernels" ).get<Real>() /
+           row.record.at( "steps" ).get<Real>();
 }
 
 //! One line of the table. \param entry of effectsTable
+//! \param whole, row the scene as it is, and without the effect
 std::string formatEntry( const Study& study, const Json& entry,
-                         const Json& whole, const StudyRow& row )
+                         const StudyRow& whole, const StudyRow& row )
 {
-    const Real steps = whole.at( "steps" );
-    const Real seconds = whole.at( "seconds" );
-    const auto& own = entry.at( "own" );
-    auto text = fmt::format(
-        "  {:<24}{:>8}{:>11}", entry.at( "effect" ).get<std::string>(),
-        own.is_null()
-            ? "-"
-            : fmt::format( "{:.3g}", own.at( "kernels" ).get<Real>() / steps ),
-        own.is_null()
-            ? "-"
-            : fmt::format( "{:.3g} s", own.at( "seconds" ).get<Real>() ) );
+    const Real steps = whole.record.at( "steps" );
+    std::string kernels = "-", seconds = "-";
+    if ( const auto& own = entry.at( "own" ); !own.is_null() )
+    {
+        kernels =
+            fmt::format( "{:.3g}", own.at( "kernels" ).get<Real>() / steps );
+        seconds = fmt::format( "{:.3f} s", own.at( "seconds" ).get<Real>() );
+    }
+    auto text = fmt::format( "  {:<22}{:>8}{:>10}",
+                             entry.at( "effect" ).get<std::string>(), kernels,
+                             seconds );
     if ( row.isFailed() )
         return fmt::format( "{}  failed: {:.60}...\n", text,
                             row.record.at( "message" ).get<std::string>() );
     if ( !row.isFinished() )
         return fmt::format( "{}  not run yet\n", text );
-    const auto& saved = entry.at( "price" );
+    auto more = [&]( const char* key )
+    { return 0 - entry.at( "price" ).at( key ).get<Real>(); };
     text += fmt::format(
-        "{:>21}{:>11}{:>7}",
-        signedTime( -saved.at( "seconds" ).get<Real>(), seconds ),
-        signedBytes( -saved.at( "array_bytes" ).get<Real>() ),
-        fmt::format( "{:+.0f}", -saved.at( "steps" ).get<Real>() ) );
+        "{:>9}{:>11}{:>9}{:>11}{:>7}",
+        fmt::format( "{:+.1f}",
+                     kernelsPerStep( row ) - kernelsPerStep( whole ) ),
+        fmt::format( "{:+.3f} s", more( "seconds" ) ),
+        fmt::format( "{:+.1f} %",
+                     100 * more( "seconds" ) /
+                         whole.record.at( "seconds" ).get<Real>() ),
+        signedBytes( more( "array_bytes" ) ),
+        fmt::format( "{:+.0f}", more( "steps" ) ) );
     for ( const auto& name : resultNames( study ) )
-        text += fmt::format( "{:>17}", number( row.error( name ) ) );
+        text += fmt::format( "{:>{}}", number( row.error( name ) ),
+                             heading( name ).size() + 3 );
     return text + "\n";
 }
 
@@ -243,8 +259,6 @@ std::string formatEffects( const Study& study,
         return fmt::format( "{}{}  {}\n", text, formatRow( whole, "" ),
                             whole.run.line );
     const auto& record = whole.record;
-    const Real steps = record.at( "steps" );
-    const Real seconds = record.at( "seconds" );
     const std::vector<Real> rounds =
         record.at( study.clock == Clock::wall ? "wall_rounds" : "cpu_rounds" );
     const auto [least, most] =
@@ -254,30 +268,35 @@ std::string formatEffects( const Study& study,
         "as it is: {} cells, {} steps, {:.3g} kernels a step, {}, {:.3g} MiB "
         "of "
         "arrays{}\n\n",
-        formatCells( whole.run.cells() ), steps,
-        record.at( "kernels" ).get<Real>() / steps, formatSeconds( seconds ),
+        formatCells( whole.run.cells() ),
+        record.at( "steps" ).get<std::int64_t>(), kernelsPerStep( whole ),
+        formatSeconds( record.at( "seconds" ) ),
         record.at( "array_bytes" ).get<Real>() / 1048576,
         std::isnan( error )
             ? ""
             : fmt::format( ", {} {:.3e}", study.error, error ) );
-    text += fmt::format( "  {:<24}{:>19}{:>39}  and the result\n", "",
+    text += fmt::format( "  {:<22}{:>18}{:>47}   its result changes by\n", "",
                          "its own passes", "without it the run takes" );
-    text += fmt::format( "  {:<24}{:>8}{:>11}{:>21}{:>11}{:>7}", "left out",
-                         "kernels", "time", "time", "bytes", "steps" );
+    text +=
+        fmt::format( "  {:<22}{:>8}{:>10}{:>9}{:>20}{:>11}{:>7}", "left out",
+                     "kernels", "time", "kernels", "time", "bytes", "steps" );
     for ( const auto& name : resultNames( study ) )
-        text += fmt::format( "{:>17}", name );
+        text += fmt::format( "   {}", heading( name ) );
     text += "\n";
     for ( const auto& entry : effectsTable( study, rows ) )
         text += formatEntry(
-            study, entry, record,
+            study, entry, whole,
             *findRow( rows, lineWithout( entry.at( "effect" ) ) ) );
     text += "\n  kernels: launches a step; - : works within other kernels. "
-            "change: L1 of the\n  difference over L1 of the field as it is.";
+            "Changes: L1 of the\n  difference over L1 of the field as it is";
+    if ( isFieldError( study.error ) )
+        text += fmt::format( "; {}: without it", study.error );
+    text += ".\n";
     if ( rounds.size() > 1 )
-        text += fmt::format( " Rounds as it is differ by {}:\n  smaller "
-                             "differences of time are noise.",
+        text += fmt::format( "  Rounds as it is lie within {}: smaller "
+                             "differences of time are noise.\n",
                              formatSeconds( *most - *least ) );
-    return text + "\n";
+    return text;
 }
 
 } // namespace Machpoint
