@@ -75,12 +75,19 @@ struct Conservative : MethodDefaults
             state.rates = &state.particles.template addSidecar<RateMembers>(
                 "Machpoint::rates", DuringStep::stays );
             if ( parts.midpoint )
+            {
+                const Profile::Effect effect( "midpoint" );
                 drift = &state.particles.template addSidecar<DriftMembers<Dim>>(
                     "Machpoint::drift", DuringStep::changes );
+            }
             if ( parts.changesParticles() )
+            {
+                const Profile::Effect effect(
+                    parts.split_volume > 0 ? "splitting" : "merging" );
                 history =
                     &state.particles.template addSidecar<HistoryMembers<Dim>>(
                         "Machpoint::history", DuringStep::stays );
+            }
             layOut( state );
         }
 
@@ -93,9 +100,17 @@ struct Conservative : MethodDefaults
                 makeNodeSum( "Machpoint::stress", state,
                              Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) );
             if ( parts.pressure_relaxation > 0 )
+            {
+                const Profile::Effect effect( "pressure relaxation" );
                 means = makeNodeSum( "Machpoint::means", state, 3 );
+            }
             if ( parts.pressure_relaxation > 0 || parts.heat_mixing > 0 )
+            {
+                const Profile::Effect effect( parts.pressure_relaxation > 0
+                                                  ? "pressure relaxation"
+                                                  : "heat mixing" );
                 sums = makeNodeSum( "Machpoint::sums", state, 2 );
+            }
         }
     };
 
@@ -135,8 +150,11 @@ struct Conservative : MethodDefaults
     template <class Basis, int Dim>
     static void drift( State<Dim>& state, Storage<Dim>& storage )
     {
-        if ( storage.parts.midpoint )
-            Impl::driftParticles<Basis>( state, *storage.drift );
+        if ( !storage.parts.midpoint )
+            return;
+        const Profile::Phase phase( "drift" );
+        const Profile::Effect effect( "midpoint" );
+        Impl::driftParticles<Basis>( state, *storage.drift );
     }
 
     //! Sections 1 and 2: mass, momentum and volume.
@@ -164,7 +182,10 @@ struct Conservative : MethodDefaults
         Impl::differenceVelocity( state, faces, 0 );
         if ( parts.viscosity_limiter )
         {
-            Impl::limitFaces( state, faces );
+            {
+                const Profile::Effect effect( "viscosity limiter" );
+                Impl::limitFaces( state, faces );
+            }
             state.halo.fill(
                 faces, Impl::allFaceComponents<Dim>(), state.waiting,
                 [&]( const Part& part )
@@ -174,7 +195,10 @@ struct Conservative : MethodDefaults
             Impl::gatherRates<Basis, false>( state, faces );
         viscosity();
         if ( parts.midpoint )
+        {
+            const Profile::Effect effect( "midpoint" );
             gas.advancePressure( state, 0.5 * state.dt );
+        }
         auto& stress = storage.stress;
         const Real kb = parts.blend_in_compression;
         if ( kb > 0 )

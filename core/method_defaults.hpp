@@ -23,6 +23,8 @@ struct MethodDefaults
     //! Does the scheme promise a positive energy, so that a step which breaks
     //! the promise is repeated?
     static constexpr bool positive_energy = true;
+    //! Has it no other way than artificial viscosity to give a shock a width?
+    static constexpr bool shocks_need_viscosity = true;
 
     //! Columns of Nodes::moments and Nodes::velocities.
     template <int Dim>

@@ -157,6 +157,8 @@ struct Paper : MethodDefaults
     static constexpr bool affine = false;
     //! 9b can take more energy than there is.
     static constexpr bool positive_energy = false;
+    //! The paper has none, at Mach 3 either.
+    static constexpr bool shocks_need_viscosity = false;
 
     //! The second grid velocity.
     template <int Dim>

@@ -95,6 +95,13 @@ Parameter& Parameter::nonEmpty()
     return *this;
 }
 
+Parameter& Parameter::switches( std::string name_of_effect, Json value )
+{
+    effect = std::move( name_of_effect );
+    off = std::move( value );
+    return *this;
+}
+
 Parameters::Parameters( std::string name, std::string summary, int dimension )
     : _name( std::move( name ) ), _summary( std::move( summary ) ),
       _dimension( dimension )
@@ -1043,6 +1050,8 @@ void addRows( const Parameters& parameters, const std::string& prefix,
         row.text = key.description;
         if ( key.is_non_empty )
             row.text += " (not empty)";
+        if ( !key.effect.empty() )
+            row.text += fmt::format( " ({}: off)", key.off.dump() );
         if ( !key.source_text.empty() )
             row.text += fmt::format( " [{}]", key.source_text );
         rows.push_back( std::move( row ) );

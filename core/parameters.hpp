@@ -102,6 +102,10 @@ struct Parameter
     Parameter& atMost( double bound );
     //! A list needs at least one entry, a text at least one character.
     Parameter& nonEmpty();
+    //! The key drives an effect that a run can do without. \param effect its
+    //! name, as in the table at the end of a run \param off the value at which
+    //! nothing of it acts: no kernel runs for it and no memory is held
+    Parameter& switches( std::string effect, Json off );
 
     //! \name What has been declared
     //!@{
@@ -117,6 +121,8 @@ struct Parameter
     std::optional<double> minimum;
     std::optional<double> less_than;
     std::optional<double> maximum;
+    std::string effect; //!< that it switches; empty: none
+    Json off;
     //! Of a choice.
     std::vector<std::string> options;
     //! Of an object.

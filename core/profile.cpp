@@ -1,6 +1,7 @@
 #include <core/profile.hpp>
 
 #include <algorithm>
+#include <utility>
 
 namespace Machpoint
 {
@@ -14,6 +15,9 @@ std::vector<ProfileEntry> effect_entries;
 constexpr std::size_t none = static_cast<std::size_t>( -1 );
 std::size_t current_phase = none;
 std::size_t current_effect = none;
+std::int64_t all_kernels = 0;
+std::int64_t bytes_now = 0;
+std::int64_t most_bytes = 0;
 Kokkos::Tools::Experimental::EventSet former;
 
 std::size_t entry( std::vector<ProfileEntry>& entries, const std::string& name )
@@ -38,6 +42,7 @@ void forCurrent( const Action& action )
 
 void countKernel()
 {
+    ++all_kernels;
     forCurrent( []( ProfileEntry& e ) { ++e.kernels; } );
 }
 
@@ -67,6 +72,8 @@ void beginScan( const char* name, const std::uint32_t device,
 void allocate( const Kokkos::Tools::SpaceHandle space, const char* label,
                const void* const pointer, const std::uint64_t size )
 {
+    bytes_now += static_cast<std::int64_t>( size );
+    most_bytes = std::max( most_bytes, bytes_now );
     forCurrent( [&]( ProfileEntry& e ) { e.bytes += size; } );
     if ( former.allocate_data )
         former.allocate_data( space, label, pointer, size );
@@ -75,6 +82,7 @@ void allocate( const Kokkos::Tools::SpaceHandle space, const char* label,
 void deallocate( const Kokkos::Tools::SpaceHandle space, const char* label,
                  const void* const pointer, const std::uint64_t size )
 {
+    bytes_now -= static_cast<std::int64_t>( size );
     forCurrent( [&]( ProfileEntry& e ) { e.bytes -= size; } );
     if ( former.deallocate_data )
         former.deallocate_data( space, label, pointer, size );
@@ -87,6 +95,7 @@ void Profile::start()
     namespace Tools = Kokkos::Tools::Experimental;
     phase_entries.clear();
     effect_entries.clear();
+    all_kernels = bytes_now = most_bytes = 0;
     const auto installed = Tools::get_callbacks();
     if ( installed.begin_parallel_for == &beginFor )
         return;
@@ -107,10 +116,19 @@ const std::vector<ProfileEntry>& Profile::effects()
     return effect_entries;
 }
 
-Profile::Phase::Phase( const std::string& name )
-    : _entry( entry( phase_entries, name ) )
+std::int64_t Profile::kernels()
 {
-    current_phase = _entry;
+    return all_kernels;
+}
+std::int64_t Profile::mostBytes()
+{
+    return most_bytes;
+}
+
+Profile::Phase::Phase( const std::string& name )
+    : _entry( entry( phase_entries, name ) ),
+      _outer( std::exchange( current_phase, _entry ) )
+{
 }
 
 Profile::Phase::~Phase()
@@ -120,15 +138,15 @@ Profile::Phase::~Phase()
     ExecutionSpace().fence( "Machpoint::Profile" );
     ++phase_entries[_entry].calls;
     phase_entries[_entry].seconds += _timer.seconds();
-    current_phase = none;
+    current_phase = _outer;
 }
 
 Profile::Effect::Effect( const std::string& name )
-    : _entry( entry( effect_entries, name ) )
+    : _entry( entry( effect_entries, name ) ),
+      _outer( std::exchange( current_effect, _entry ) )
 {
     ExecutionSpace().fence( "Machpoint::Profile" );
     _timer.reset();
-    current_effect = _entry;
 }
 
 Profile::Effect::~Effect()
@@ -136,7 +154,7 @@ Profile::Effect::~Effect()
     ExecutionSpace().fence( "Machpoint::Profile" );
     ++effect_entries[_entry].calls;
     effect_entries[_entry].seconds += _timer.seconds();
-    current_effect = none;
+    current_effect = _outer;
 }
 
 } // namespace Machpoint

@@ -38,8 +38,13 @@ class Profile
 
     static const std::vector<ProfileEntry>& phases();
     static const std::vector<ProfileEntry>& effects();
+    //! Kernels launched since start(), by whomever.
+    static std::int64_t kernels();
+    //! Most bytes that arrays have held at once since start(), host and device.
+    static std::int64_t mostBytes();
 
-    //! Attributes time, kernels and memory to a phase while it lives.
+    //! Attributes time, kernels and memory to a phase while it lives. Within
+    //! another one time counts for both, kernels and memory for the inner one.
     class Phase
     {
       public:
@@ -48,11 +53,11 @@ class Profile
         Phase( const Phase& ) = delete;
 
       private:
-        std::size_t _entry;
+        std::size_t _entry, _outer;
         Kokkos::Timer _timer;
     };
 
-    //! Attributes time, kernels and memory to an effect while it lives.
+    //! The same for an effect.
     class Effect
     {
       public:
@@ -61,7 +66,7 @@ class Profile
         Effect( const Effect& ) = delete;
 
       private:
-        std::size_t _entry;
+        std::size_t _entry, _outer;
         Kokkos::Timer _timer;
     };
 };

@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_REGISTRY_HPP
 #define MACHPOINT_REGISTRY_HPP
 
+#include <core/flow_facts.hpp>
 #include <core/module.hpp>
 
 #include <functional>
@@ -26,6 +27,8 @@ struct ModuleFactory
     std::function<std::unique_ptr<Module<Dim>>( const Json& resolved,
                                                 const EquationOfState<Dim>* )>
         make;
+    //! What it has to say of a scene (see FlowFacts); null: never anything.
+    std::function<std::string( const Json* entry, const FlowFacts& )> remark;
 };
 
 //! The factory of a module type: constructible from its resolved JSON, or
@@ -34,7 +37,7 @@ template <int Dim, template <int> class ModuleType>
 ModuleFactory<Dim> moduleFactory()
 {
     using Type = ModuleType<Dim>;
-    return {
+    ModuleFactory<Dim> factory = {
         Type::name, &Type::declare,
         std::is_base_of_v<EquationOfState<Dim>, Type>,
         []( const Json& json,
@@ -48,7 +51,11 @@ ModuleFactory<Dim> moduleFactory()
                 static_cast<void>( gas );
                 return std::make_unique<Type>( json );
             }
-        } };
+        },
+        nullptr };
+    if constexpr ( requires { Type::remark; } )
+        factory.remark = &Type::remark;
+    return factory;
 }
 
 //! An explicit list of modules (physics/modules.hpp, boundary/modules.hpp).

@@ -246,6 +246,8 @@ Json makeSummary( Simulation& simulation, const Json& input,
             : 0;
     json["bytes_per_particle"] = simulation.bytesPerParticle();
     json["peak_memory_bytes"] = ranks.sum( peakMemory() );
+    json["peak_array_bytes"] = ranks.sum( Profile::mostBytes() );
+    json["kernels"] = Profile::kernels();
     json["errors"] = Json::object();
     for ( const auto& e : facts.errors )
         json["errors"][e.field] = {

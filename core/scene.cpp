@@ -1,6 +1,8 @@
 #include <core/scene.hpp>
 
 #include <boundary/shape.hpp>
+#include <core/initial_gas.hpp>
+#include <core/profile.hpp>
 #include <physics/modules.hpp>
 
 #include <fmt/format.h>
@@ -46,15 +48,16 @@ void makeModules( const Json& list,
                 factories, json.at( "type" ).template get<std::string>() );
             if ( factory.is_equation_of_state != gas )
                 continue;
-            auto module = factory.make( json, scene.gas );
-            if ( gas )
-                scene.gas = static_cast<EquationOfState<Dim>*>( module.get() );
             auto name = factory.name;
             for ( const auto* key : { "side", "name" } )
                 if ( json.contains( key ) )
                     name = fmt::format(
                         "{} {}", name,
                         json.at( key ).template get<std::string>() );
+            const Profile::Effect effect( name );
+            auto module = factory.make( json, scene.gas );
+            if ( gas )
+                scene.gas = static_cast<EquationOfState<Dim>*>( module.get() );
             scene.modules.push_back( { name, std::move( module ) } );
         }
 }
@@ -201,53 +204,11 @@ std::vector<Parameters> declareInitialStates( const int dimension )
     return {};
 }
 
-template <std::size_t K = 0>
-std::unique_ptr<InitialState> makeInitialState( const Json& json,
-                                                const SceneFacts& facts )
-{
-    if constexpr ( K < std::tuple_size_v<InitialStates> )
-    {
-        using Type = std::tuple_element_t<K, InitialStates>;
-        if ( json.at( "type" ) == Type::name )
-        {
-            if constexpr ( std::is_constructible_v<Type, const Json&,
-                                                   const SceneFacts&> )
-                return std::make_unique<Type>( json, facts );
-            else
-                return std::make_unique<Type>( json );
-        }
-        return makeInitialState<K + 1>( json, facts );
-    }
-    throw std::logic_error( "no initial state " + json.at( "type" ).dump() );
-}
-
 //! Lays the particles into this rank's cells, on the host, cell by cell.
 template <int Dim>
 void placeParticles( const Json& input, Scene<Dim>& scene )
 {
-    using HostShape = Shape<Dim, Kokkos::HostSpace>;
-    std::vector<std::unique_ptr<InitialState>> states;
-    std::vector<HostShape> regions;
-    std::vector<bool> everywhere;
-    const SceneFacts facts{ Dim, gasLaw( input ) };
-    for ( const auto& json : input.at( "initial" ) )
-    {
-        try
-        {
-            states.push_back( makeInitialState( json, facts ) );
-        }
-        catch ( const std::invalid_argument& error )
-        {
-            throw InputError( { fmt::format( "/initial/{}: {}", states.size(),
-                                             error.what() ) } );
-        }
-        everywhere.push_back( !json.contains( "region" ) );
-        regions.push_back(
-            everywhere.back()
-                ? HostShape()
-                : makeShape<Dim, Kokkos::HostSpace>( json.at( "region" ) ) );
-    }
-
+    const InitialGas<Dim> initial( input );
     auto& state = scene.state;
     const auto& grid = state.grid;
     const int q = latticeSize( state.per_cell, Dim );
@@ -291,15 +252,8 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
                 solid = solid || active.module->isSolid( y );
             if ( solid )
                 continue;
-            Vector<3> place{};
-            for ( int d = 0; d < Dim; ++d )
-                place[d] = y[d];
-            // Later entries go on top of earlier ones.
-            GasState gas{};
-            Gradient gradient{};
-            for ( std::size_t s = 0; s < states.size(); ++s )
-                if ( everywhere[s] || regions[s].distance( y ) < 0 )
-                    states[s]->apply( place, gas, gradient );
+            Gradient gradient;
+            const auto gas = initial.at( y, gradient );
             if ( gas.density == 0 )
                 continue; // a place without gas
             for ( int a = 0; a < Dim; ++a )

@@ -249,6 +249,7 @@ class Stepper : public Simulation
     {
         if ( _most_retries == 0 )
             return;
+        const Profile::Effect effect( "retries" );
         auto& state = _scene.state;
         state.particles.save();
         _saved_ledger = state.ledger;
@@ -319,6 +320,7 @@ class Stepper : public Simulation
         if ( _most_retries == 0 )
             return {};
         Profile::Phase phase( "guard" );
+        const Profile::Effect effect( "retries" );
         return describe(
             Machpoint::findFault( _scene.state, Method::positive_energy ) );
     }

@@ -4,6 +4,7 @@
 #include <drivers/run.hpp>
 #include <drivers/study.hpp>
 #include <drivers/study_input.hpp>
+#include <drivers/warnings.hpp>
 
 #include <boundary/shape.hpp>
 #include <core/basis.hpp>
@@ -134,6 +135,24 @@ Json loadShared( const Communicator& ranks, const std::string& file,
     return answer.at( "input" );
 }
 
+//! What `action` returns; its errors, which show only when a scene is built,
+//! get the file's name.
+template <class Action>
+auto named( const std::string& file, const Action& action )
+{
+    try
+    {
+        return action();
+    }
+    catch ( const InputError& error )
+    {
+        auto messages = error.messages();
+        for ( auto& message : messages )
+            message = fmt::format( "{}: {}", file, message );
+        throw InputError( messages );
+    }
+}
+
 int execute( const Communicator& ranks, const CLI::App& app,
              const std::string& file, const std::vector<std::string>& overrides,
              const RunOptions& options )
@@ -141,24 +160,16 @@ int execute( const Communicator& ranks, const CLI::App& app,
     if ( app.got_subcommand( "run" ) )
     {
         const Json input = loadShared( ranks, file, overrides );
-        try
-        {
-            return run( input, options );
-        }
-        catch ( const InputError& error )
-        {
-            // What shows only when the scene is built lacks the file's name.
-            auto messages = error.messages();
-            for ( auto& message : messages )
-                message = file + ": " + message;
-            throw InputError( messages );
-        }
+        return named( file, [&] { return run( input, options ); } );
     }
     if ( !ranks.isRoot() )
         return finished; // the root answers
     if ( app.got_subcommand( "check" ) )
     {
-        static_cast<void>( loadInput( file, overrides ) );
+        const Json input = loadInput( file, overrides );
+        for ( const auto& warning :
+              named( file, [&] { return findWarnings( input ); } ) )
+            fmt::print( stderr, "{}: warning: {}\n", file, warning );
         fmt::print( "{}: ok\n", file );
     }
     else if ( app.got_subcommand( "list" ) )

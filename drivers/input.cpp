@@ -42,6 +42,7 @@ Parameters inputParameters( const int dimension )
         .choice( "time", { "symplectic", "midpoint" },
                  "time integrator; midpoint is conservative's default, and "
                  "its alone" )
+        .switches( "midpoint", "symplectic" )
         .optional();
     // The parts of conservative are its alone, so no default applies yet.
     for ( const auto parts = ConservativeParts::declare( dimension );
@@ -85,6 +86,7 @@ Parameters inputParameters( const int dimension )
                              "with half its length before the run ends" )
         .atLeast( 0 )
         .atMost( 50 )
+        .switches( "retries", 0 )
         .defaultsTo( 10 );
 
     Parameters decomposition(
@@ -172,6 +174,7 @@ Parameters inputParameters( const int dimension )
                 "which rank computes which part of the domain" );
     all.boolean( "reproducible", "the same bits on any number of ranks and "
                                  "threads, at a price (docs/ranks.md)" )
+        .switches( "reproducible sums", false )
         .defaultsTo( false );
     all.object( "output", output, "what is written" );
     all.object( "checkpoint", checkpoint, "what to restart from, and when" );

@@ -1,6 +1,7 @@
 #include <drivers/study.hpp>
 
 #include <drivers/input.hpp>
+#include <drivers/study_effects.hpp>
 #include <drivers/study_error.hpp>
 #include <drivers/study_probe.hpp>
 #include <drivers/study_process.hpp>
@@ -308,16 +309,25 @@ class Laboratory
         record["wall_rounds"].push_back( seconds );
         record["cpu_rounds"].push_back( result.cpu_seconds );
         setSeconds( record );
-        // Cells alone have no particles.
+        // The yardstick has no particles, and counts no kernels.
         record["particle_updates"] = std::llround(
             summary.value( "particle_updates_per_second", 0.0 ) * seconds );
         record["steps"] = summary.at( "steps" );
         record["particles"] = summary.value( "particles_final", 0 );
         record["memory_bytes"] = result.peak_memory;
         record["threads"] = summary.at( "threads" );
-        if ( _study.reference == Reference::exact )
+        record["kernels"] = summary.value( "kernels", std::int64_t( 0 ) );
+        record["array_bytes"] =
+            summary.value( "peak_array_bytes", std::int64_t( 0 ) );
+        if ( _study.kind == StudyKind::effects )
+        {
+            addRound( record["effects"], summary );
+            record.erase( "compared_to" ); // what changes comes on top
+        }
+        if ( _study.kind == StudyKind::effects ||
+             _study.reference == Reference::exact )
             record["errors"] = exactErrors( summary );
-        else if ( !isFieldError( _study.error ) )
+        if ( !isFieldError( _study.error ) )
         {
             record["values"] = seriesMeans( folder );
             if ( !_study.probes.empty() )
@@ -330,13 +340,39 @@ class Laboratory
     void compare()
     {
         for ( auto& row : _rows )
-            if ( _study.reference == Reference::run )
+            if ( _study.kind == StudyKind::effects )
+                tellChanges( row );
+            else if ( _study.reference == Reference::run )
                 compare( row, *_reference );
             else if ( _study.reference == Reference::known )
                 compareToKnown( row );
             else if ( _study.reference == Reference::finer )
                 if ( const auto* next = nextFiner( row ) )
                     compare( row, *next );
+    }
+
+    //! How far a run without an effect is from the scene as it is.
+    void tellChanges( StudyRow& row ) const
+    {
+        const auto& whole = _rows.front();
+        auto& record = row.record;
+        const Json& id = whole.record.at( "id" );
+        if ( &row == &whole || !row.isFinished() || !whole.isFinished() ||
+             record.value( "compared_to", Json() ) == id )
+            return;
+        record["errors"].update(
+            gridChanges( folderOf( row ), folderOf( whole ), row.run.input ) );
+        if ( record.contains( "values" ) )
+            for ( const auto& value : record.at( "values" ).items() )
+            {
+                const Real before =
+                    whole.record.at( "values" ).at( value.key() );
+                record["errors"][fmt::format( "{}.change", value.key() )] =
+                    before != 0 ? Json( std::abs(
+                                      value.value().get<Real>() / before - 1 ) )
+                                : Json();
+            }
+        record["compared_to"] = id;
     }
 
     const StudyRow* nextFiner( const StudyRow& row ) const
@@ -584,6 +620,12 @@ ExitCode runStudy( const std::string& file, const StudyOptions& options )
     auto study = loadStudy( file );
     if ( options.clock == "processor" )
         study.clock = Clock::processor;
+    const bool of_effects = study.kind == StudyKind::effects;
+    if ( of_effects && !( options.target.empty() && options.budget.empty() ) )
+        throw InputError( { fmt::format(
+            "{}: --target and --budget choose among the runs of a study of "
+            "kind accuracy; this one is of effects",
+            file ) } );
     std::optional<Target> target;
     if ( !options.target.empty() )
         target = parseTarget( options.target, study );
@@ -615,13 +657,15 @@ ExitCode runStudy( const std::string& file, const StudyOptions& options )
                             "command\n" );
         return stopped_early;
     }
-    fmt::print( "{}", formatStudy( study, laboratory.rows() ) );
     const auto& rows = laboratory.rows();
-    auto code =
-        std::all_of( rows.begin(), rows.end(),
-                     []( const StudyRow& row ) { return row.isFailed(); } )
-            ? numerical_failure
-            : finished;
+    fmt::print( "{}", of_effects ? formatEffects( study, rows )
+                                 : formatStudy( study, rows ) );
+    auto code = ( of_effects && rows.front().isFailed() ) ||
+                        std::all_of( rows.begin(), rows.end(),
+                                     []( const StudyRow& row )
+                                     { return row.isFailed(); } )
+                    ? numerical_failure
+                    : finished;
     if ( target && code == finished )
         code = Adviser( laboratory, target->name ).reach( target->value );
     if ( budget && code == finished )

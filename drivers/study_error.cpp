@@ -120,19 +120,43 @@ GridFields readGrid( const fs::path& file )
     return GridFields( data );
 }
 
+namespace
+{
+
+//! Of the last outputs of two runs.
+std::vector<FieldDifference> lastDifferences( const fs::path& folder,
+                                              const fs::path& finer,
+                                              const Json& input )
+{
+    return fieldDifferences( readGrid( gridOutputs( folder ).back().file ),
+                             readGrid( gridOutputs( finer ).back().file ),
+                             input );
+}
+
+} // namespace
+
 Json gridErrors( const fs::path& folder, const fs::path& finer,
                  const Json& input )
 {
     Json errors = Json::object();
-    for ( const auto& [error, size] : fieldDifferences(
-              readGrid( gridOutputs( folder ).back().file ),
-              readGrid( gridOutputs( finer ).back().file ), input ) )
+    for ( const auto& [error, size] : lastDifferences( folder, finer, input ) )
     {
         errors[fmt::format( "{}.L1", error.field )] = error.L1;
         errors[fmt::format( "{}.L2", error.field )] = error.L2;
         errors[fmt::format( "{}.Linf", error.field )] = error.Linf;
     }
     return errors;
+}
+
+Json gridChanges( const fs::path& folder, const fs::path& whole,
+                  const Json& input )
+{
+    Json changes = Json::object();
+    for ( const auto& [error, size] : lastDifferences( folder, whole, input ) )
+        if ( error.field != "specific_internal_energy" )
+            changes[fmt::format( "{}.change", error.field )] =
+                size > 0 ? Json( error.L1 / size ) : Json();
+    return changes;
 }
 
 } // namespace Machpoint

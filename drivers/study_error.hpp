@@ -49,6 +49,18 @@ GridFields readGrid( const std::filesystem::path& file );
 Json gridErrors( const std::filesystem::path& folder,
                  const std::filesystem::path& finer, const Json& input );
 
+/*!
+  \brief By how much the last grid output of a run differs from that of
+  another one, as `field.change` -> L1 of the difference over L1 of the other
+  one's field; null where that is 0.
+
+  Density, pressure and velocity; taken like gridErrors.
+  \param folder, whole of runs \param input resolved, of the first
+  \throws IoError
+*/
+Json gridChanges( const std::filesystem::path& folder,
+                  const std::filesystem::path& whole, const Json& input );
+
 } // namespace Machpoint
 
 #endif

@@ -1,6 +1,7 @@
 #include <drivers/study_input.hpp>
 
 #include <drivers/input.hpp>
+#include <drivers/study_effects.hpp>
 #include <drivers/study_fit.hpp>
 #include <drivers/study_probe.hpp>
 #include <drivers/study_process.hpp>
@@ -51,13 +52,20 @@ Parameters studyParameters()
         .nonEmpty();
     all.text( "input", "the scene: its file, as seen from that of the study" )
         .nonEmpty();
+    all.choice( "kind", { "accuracy", "effects" },
+                "what accuracy costs: the runs of `vary`; or what effects "
+                "cost: the scene as it is, without each of its effects, and "
+                "without all" )
+        .defaultsTo( "accuracy" );
     all.anything( "set", "settings of all runs: an object path -> value, as "
                          "in --set" )
         .defaultsTo( Json::object() );
     all.anything( "vary", "what the runs differ in: a list of objects path -> "
                           "list of values; each object gives all combinations "
-                          "of its values. The path solver chooses machpoint or "
-                          "finite_volume, the reference solver" );
+                          "of its values; only of accuracy, which needs it. "
+                          "The path solver chooses machpoint or finite_volume, "
+                          "the reference solver" )
+        .optional();
     all.listOf( "probes", probeFamily(),
                 "what is read off the grid outputs (output.every) of the "
                 "second half of a run, and averaged" )
@@ -69,7 +77,7 @@ Parameters studyParameters()
         .defaultsTo( "density.L1" );
     all.oneOf( "reference", referenceFamily(),
                "what the error is measured against; by default the exact "
-               "solution" )
+               "solution; only of accuracy" )
         .defaultsTo( Json::object( { { "type", "exact" } } ) );
     all.integer( "repeats", "how often each run is timed; the median counts" )
         .atLeast( 1 )
@@ -152,10 +160,12 @@ class Reader
 
     Study read()
     {
-        _json = resolve( parseJson( readFile( _file ), _file ),
-                         studyParameters(), _file, _errors );
+        _written = parseJson( readFile( _file ), _file );
+        _json = resolve( _written, studyParameters(), _file, _errors );
+        if ( _json.contains( "kind" ) && _json.at( "kind" ) == "effects" )
+            _study.kind = StudyKind::effects;
         const bool has_settings = checkSettings( "/set", "set", _json );
-        const bool has_matrix = checkMatrix();
+        const bool has_matrix = isOfEffects() ? refuseMatrix() : checkMatrix();
         throwIfWrong( !_json.contains( "input" ) ||
                       !_json.at( "input" ).is_string() );
         readScene();
@@ -166,6 +176,7 @@ class Reader
             tryMatrix();
         checkProbes();
         checkReference();
+        checkError();
         throwIfWrong( true );
         makeRuns();
         throwIfWrong( true );
@@ -173,6 +184,8 @@ class Reader
     }
 
   private:
+    bool isOfEffects() const { return _study.kind == StudyKind::effects; }
+
     void fail( const std::string& place, const std::string& message )
     {
         _errors.push_back( fmt::format( "{}: {}: {}", _file, place, message ) );
@@ -203,7 +216,12 @@ class Reader
     {
         constexpr auto example = "as in [ { \"grid.cells\": [[100], [200]] } ]";
         if ( !_json.contains( "vary" ) )
+        {
+            fail( "/vary", fmt::format( "missing: a list of objects path -> "
+                                        "list of values, {}",
+                                        example ) );
             return false;
+        }
         const auto& vary = _json.at( "vary" );
         if ( !vary.is_array() || vary.empty() )
         {
@@ -233,6 +251,17 @@ class Reader
                 }
         }
         return fits;
+    }
+
+    //! A study of effects has neither a matrix nor a choice of reference.
+    bool refuseMatrix()
+    {
+        for ( const auto* key : { "vary", "reference" } )
+            if ( _written.contains( key ) )
+                fail( fmt::format( "/{}", key ),
+                      "a study of effects compares the scene as it is with "
+                      "the scene without each effect; leave this out" );
+        return false;
     }
 
     void readScene()
@@ -376,6 +405,12 @@ class Reader
 
     void checkReference()
     {
+        if ( isOfEffects() )
+        {
+            _study.reference =
+                _input.contains( "exact" ) ? Reference::exact : Reference::none;
+            return;
+        }
         const auto& reference = _json.at( "reference" );
         const auto type = reference.value( "type", "" );
         if ( type == "exact" && !_input.contains( "exact" ) )
@@ -391,14 +426,33 @@ class Reader
                            : type == "known" ? Reference::known
                            : type == "finer" ? Reference::finer
                                              : Reference::exact;
-        const auto& error = _json.at( "error" );
+    }
+
+    void checkError()
+    {
+        auto& error = _json.at( "error" );
         if ( !error.is_string() )
             return;
-        auto names = fieldErrors();
-        if ( _study.reference != Reference::exact )
+        // Changes are told in any case; an error takes an exact solution.
+        if ( _study.reference == Reference::none &&
+             !_written.contains( "error" ) )
+        {
+            error = "";
+            return;
+        }
+        std::vector<std::string> names;
+        if ( _study.reference != Reference::none )
+            names = fieldErrors();
+        if ( isOfEffects() || _study.reference != Reference::exact )
             for ( const auto& column :
                   columnErrors( _input, _json.at( "probes" ) ) )
                 names.push_back( column );
+        if ( names.empty() )
+        {
+            fail( "/error", "the scene has neither an exact solution nor an "
+                            "obstacle to measure; leave this out" );
+            return;
+        }
         const auto name = error.get<std::string>();
         if ( std::find( names.begin(), names.end(), name ) != names.end() )
             return;
@@ -421,17 +475,20 @@ class Reader
         _study.probes = _json.at( "probes" );
         if ( _study.reference == Reference::known )
             _study.known = _json.at( "reference" ).at( "values" );
-        if ( !_study.probes.empty() ||
+        if ( isOfEffects() || !_study.probes.empty() ||
              ( isFieldError( _study.error ) &&
                _study.reference != Reference::exact ) )
             _scene["output"]["grid"] = true;
         _study.scene = _scene;
         std::set<std::string> told;
-        auto add = [&]( const Json& settings, std::vector<StudyRun>& runs )
+        auto add = [&]( const Json& settings, std::vector<StudyRun>& runs,
+                        const std::string& line = "" )
         {
             try
             {
                 runs.push_back( makeStudyRun( _study, settings, _file ) );
+                if ( !line.empty() )
+                    runs.back().line = line;
             }
             catch ( const InputError& error )
             {
@@ -440,6 +497,22 @@ class Reader
                         _errors.push_back( message );
             }
         };
+        if ( isOfEffects() )
+        {
+            add( Json::object(), _study.runs, "as it is" );
+            throwIfWrong( true );
+            const Json input = _study.runs.front().input;
+            auto leaveOut =
+                [&]( const std::string& effect, const Json& settings )
+            {
+                _study.effects.push_back( effect );
+                add( settings, _study.runs, lineWithout( effect ) );
+            };
+            for ( const auto& effect : optionalEffects( input ) )
+                leaveOut( effect.name, effect.off );
+            leaveOut( all_effects, withoutAll( input ) );
+            return;
+        }
         for ( const auto& settings : expandMatrix( _json.at( "vary" ) ) )
             add( settings, _study.runs );
         if ( _study.reference == Reference::run )
@@ -448,9 +521,10 @@ class Reader
 
     const std::string& _file;
     std::vector<std::string> _errors;
-    Json _json;  // the study
-    Json _scene; // as written, then with `set`
-    Json _input; // the scene resolved
+    Json _written; // the study
+    Json _json;    // the same with its defaults
+    Json _scene;   // as written, then with `set`
+    Json _input;   // the scene resolved
     Study _study;
 };
 
@@ -488,6 +562,21 @@ std::vector<std::string> errorNames( const Study& study )
         std::vector<std::string> names;
         for ( const auto& item : study.known.items() )
             names.push_back( item.key() );
+        return names;
+    }
+    if ( study.kind == StudyKind::effects )
+    {
+        auto names = study.reference == Reference::exact
+                         ? fieldErrors()
+                         : std::vector<std::string>();
+        std::vector<std::string> changing = { "density", "velocity",
+                                              "pressure" };
+        if ( !study.error.empty() && !isFieldError( study.error ) )
+            for ( const auto& column :
+                  columnErrors( study.runs.front().input, study.probes ) )
+                changing.push_back( column );
+        for ( const auto& name : changing )
+            names.push_back( fmt::format( "{}.change", name ) );
         return names;
     }
     // Grids are kept only where they are compared.

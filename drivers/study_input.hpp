@@ -39,9 +39,17 @@ struct StudyRun
     }
 };
 
+//! What a study is about.
+enum class StudyKind
+{
+    accuracy, //!< what accuracy costs in time: many settings of a scene
+    effects   //!< what effects cost: the scene without each of them
+};
+
 //! What a study measures its runs by.
 enum class Reference
 {
+    none,  //!< of effects, where the scene has no exact solution
     exact, //!< the scene's exact solution
     finer, //!< the next finer run of the line
     run,   //!< one run for all
@@ -59,14 +67,18 @@ enum class Clock
 struct Study
 {
     std::string name;
-    std::string error; //!< field.norm, obstacle.column or probe.column
+    StudyKind kind = StudyKind::accuracy;
+    std::string error; //!< field.norm, obstacle.column or probe.column; of
+                       //!< effects perhaps empty: none
     Reference reference = Reference::exact;
     Json known;  //!< of Reference::known: column -> number
     Json probes; //!< resolved
     int repeats = 1;
-    Clock clock = Clock::wall;           //!< not from the file
-    Json scene;                          //!< input with `set`, not resolved
-    std::vector<StudyRun> runs;          //!< in the order of the file
+    Clock clock = Clock::wall;  //!< not from the file
+    Json scene;                 //!< input with `set`, not resolved
+    std::vector<StudyRun> runs; //!< in the order of the file; of effects the
+                                //!< scene as it is, without each, without all
+    std::vector<std::string> effects;    //!< that runs leave out
     std::vector<StudyRun> reference_run; //!< one, or none
 };
 
@@ -82,7 +94,7 @@ StudyRun makeStudyRun( const Study& study, const Json& settings,
                        const std::string& file );
 
 //! The errors that a study tells, as `field.norm`, or as `obstacle.column` and
-//! `probe.column`.
+//! `probe.column`; of effects also changes, as `field.change`.
 std::vector<std::string> errorNames( const Study& study );
 
 /*!

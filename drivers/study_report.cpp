@@ -1,5 +1,7 @@
 #include <drivers/study_report.hpp>
 
+#include <drivers/study_effects.hpp>
+
 #include <core/revision.hpp>
 
 #include <fmt/format.h>
@@ -151,11 +153,14 @@ Json makeStudyJson( const Study& study, const std::vector<StudyRow>& rows,
 {
     Json json;
     json["study"] = study.name;
+    const bool of_effects = study.kind == StudyKind::effects;
+    json["kind"] = of_effects ? "effects" : "accuracy";
     json["scene"] = study.scene.at( "scene" );
     json["dimension"] = study.scene.at( "dimension" );
     json["error"] = study.error;
     // In the order of Reference.
-    constexpr const char* references[] = { "exact", "finer", "run", "known" };
+    constexpr const char* references[] = { "none", "exact", "finer", "run",
+                                           "known" };
     json["reference"] = references[static_cast<int>( study.reference )];
     json["repeats"] = study.repeats;
     json["clock"] = clockName( study.clock );
@@ -168,9 +173,13 @@ Json makeStudyJson( const Study& study, const std::vector<StudyRow>& rows,
     if ( reference )
         json["reference_row"] = reference->record;
     json["pareto"] = Json::array();
-    for ( const auto k : rowsOnFront( rows, study.error ) )
-        json["pareto"].push_back( rows[k].record.at( "id" ) );
-    json["laws"] = lawsJson( makeLines( rows, study.error ) );
+    if ( !of_effects )
+        for ( const auto k : rowsOnFront( rows, study.error ) )
+            json["pareto"].push_back( rows[k].record.at( "id" ) );
+    json["laws"] =
+        of_effects ? Json::array() : lawsJson( makeLines( rows, study.error ) );
+    if ( of_effects )
+        json["effects"] = effectsTable( study, rows );
     json["proofs"] = proofs;
     json["input"] = study.scene;
     return json;
@@ -186,8 +195,8 @@ std::string makeStudyCsv( const Study& study,
                  paths.end() )
                 paths.push_back( item.key() );
     const std::vector<std::string> measured = {
-        "seconds",   "particle_updates", "steps",
-        "particles", "memory_bytes",     "threads" };
+        "seconds",      "particle_updates", "steps",   "particles",
+        "memory_bytes", "threads",          "kernels", "array_bytes" };
     const auto names = errorNames( study );
 
     std::vector<std::string> head = { "id", "line", "status", "cell_count" };

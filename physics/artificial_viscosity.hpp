@@ -5,7 +5,10 @@
 #ifndef MACHPOINT_ARTIFICIAL_VISCOSITY_HPP
 #define MACHPOINT_ARTIFICIAL_VISCOSITY_HPP
 
+#include <core/flow_facts.hpp>
 #include <core/module.hpp>
+
+#include <fmt/format.h>
 
 namespace Machpoint
 {
@@ -39,6 +42,28 @@ class ArtificialViscosity : public Module<Dim>
             .defaultsTo( 1.0 )
             .source( "von Neumann and Richtmyer 1950" );
         return p;
+    }
+
+    //! It acts where gas is compressed, and nothing else gives shocks a width.
+    static std::string remark( const Json* entry, const FlowFacts& flow )
+    {
+        constexpr auto remedy = "add { \"type\": \"artificial_viscosity\" }";
+        if ( entry )
+            return flow.is_undisturbed && flow.effects == 1
+                       ? "the gas is uniform and nothing disturbs it, so "
+                         "artificial_viscosity will not be felt; leave it out"
+                       : "";
+        if ( flow.shocks_need_viscosity && !flow.shock.empty() )
+            return fmt::format(
+                "{}, and nothing but artificial_viscosity gives a shock its "
+                "width; {}",
+                flow.shock, remedy );
+        if ( flow.waves_grow && !( flow.is_undisturbed && flow.effects == 0 ) )
+            return fmt::format( "the integrator symplectic lets waves grow "
+                                "that artificial_viscosity does not damp; {}, "
+                                "or take \"time\": \"midpoint\"",
+                                remedy );
+        return "";
     }
 
     explicit ArtificialViscosity( const Json& json )

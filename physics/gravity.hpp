@@ -5,7 +5,12 @@
 #ifndef MACHPOINT_GRAVITY_HPP
 #define MACHPOINT_GRAVITY_HPP
 
+#include <core/flow_facts.hpp>
 #include <core/module.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
 
 namespace Machpoint
 {
@@ -29,6 +34,48 @@ class Gravity : public Module<Dim>
         Parameters p( name, "uniform acceleration of all gas", dimension );
         p.vector( "acceleration", "g" ).unit( "length/time^2" );
         return p;
+    }
+
+    //! Is it that in which the initial gas is in balance, and can it be felt?
+    static std::string remark( const Json* entry, const FlowFacts& flow )
+    {
+        const Json none = Json::array();
+        const Json& g = entry ? entry->at( "acceleration" ) : none;
+        for ( const auto& state : flow.input.at( "initial" ) )
+            if ( state.contains( "gravity" ) )
+            {
+                const auto axis = state.at( "axis" ).get<std::string>();
+                const std::size_t d = axis[0] - 'x';
+                const Real due = state.at( "gravity" );
+                const Real real = d < g.size() ? g[d].get<Real>() : 0.0;
+                if ( std::abs( real - due ) > 1e-6 * std::abs( due ) )
+                    return fmt::format(
+                        "the gas of {} is in balance with a gravity of {} "
+                        "along {}, and the scene has {}; give both the same",
+                        state.at( "type" ).get<std::string>(), due, axis,
+                        real );
+            }
+        // Weight changes the pressure by the order of (1 / Fr)^2 of itself and
+        // the velocity by |g| T / U. Round-off, 1e-16 a step, sums up to this
+        // in some thousand steps.
+        constexpr Real round_off = 1e-12;
+        Real square = 0, depth = 0;
+        for ( std::size_t d = 0; d < g.size(); ++d )
+        {
+            square += g[d].get<Real>() * g[d].get<Real>();
+            depth += std::abs( g[d].get<Real>() ) *
+                     flow.extent[static_cast<int>( d )];
+        }
+        const Real U = flow.least_speed;
+        const Real T = flow.input.at( "time" ).at( "end" );
+        if ( !entry || depth > round_off * U * U ||
+             std::sqrt( square ) * T > round_off * U )
+            return "";
+        return fmt::format(
+            "with a Froude number of {:.2g} gravity vanishes in round-off: it "
+            "changes pressure and velocity by less than {:g} of themselves; "
+            "leave it out, or look at its unit",
+            U / std::sqrt( depth ), round_off );
     }
 
     explicit Gravity( const Json& json )

@@ -4,6 +4,9 @@ work_precision.png: error against seconds, a line for each combination of the
 settings that are not cells; the Pareto front is marked, and the legend says the
 order and what half the error costs. cost.png: seconds against cells. report.html:
 both, with all tables and the input, in one file that needs no other.
+
+Of a study of effects: effects.png, what the run takes less, and how far its result
+is off, when each effect is left out; report.html with that and its table.
 """
 import argparse
 import html
@@ -16,6 +19,7 @@ import sys
 import matplotlib
 
 matplotlib.use("Agg")
+import matplotlib.patches
 import matplotlib.pyplot as plt
 import matplotlib.ticker
 
@@ -31,6 +35,7 @@ class Study:
     def __init__(self, directory):
         self.json = json.loads((directory / "study.json").read_text())
         self.error = self.json["error"]
+        self.is_of_effects = self.json.get("kind") == "effects"
         is_wall = self.json["clock"] == "wall"
         self.rounds = "wall_rounds" if is_wall else "cpu_rounds"
         self.seconds = f"{'' if is_wall else 'processor '}seconds of a run"
@@ -156,6 +161,62 @@ def cost(study):
     return figure
 
 
+def effects(study):
+    """Bars for each effect: time, memory, and what its absence does."""
+    table, whole = study.json["effects"], study.json["rows"][0]
+    results = list(table[0]["result"])
+    changes = [name for name in results if name.endswith(".change")]
+    panels = 4 if study.error in results else 3
+    figure, axes = plt.subplots(1, panels, sharey=True, constrained_layout=True,
+                                figsize=(3.8 * panels, 2.2 + 0.42 * len(table)))
+    places = range(len(table))
+    time, memory, change = axes[:3]
+    time.set_yticks(places, [entry["effect"] for entry in table])
+    time.invert_yaxis()
+
+    share = 100 / whole["seconds"]
+    for place, entry in zip(places, table):
+        if not entry["price"]:
+            time.annotate(" fails without it", (0, place), va="center", fontsize=8,
+                          color="C3")
+            continue
+        time.barh(place, share * entry["price"]["seconds"], 0.7, color="C0")
+        if entry["own"]:
+            time.barh(place, share * entry["own"]["seconds"], 0.3, color="C1")
+        memory.barh(place, entry["price"]["array_bytes"] / 1024, 0.7, color="C0")
+    spread = share * (max(whole[study.rounds]) - min(whole[study.rounds]))
+    time.axvspan(-spread, spread, color="0.85", zorder=0)
+    time.set_xlabel(f"% of the run's {number(whole['seconds'])} s")
+    memory.set_xlabel(f"KiB of {number(whole['array_bytes'] / 1024)} KiB of arrays")
+    for axis in (time, memory):
+        axis.axvline(0, color="black", lw=0.6)
+    time.legend(handles=[
+        matplotlib.patches.Patch(color="C0", label="less without it"),
+        matplotlib.patches.Patch(color="C1", label="its own passes"),
+        matplotlib.patches.Patch(color="0.85", label="spread of the rounds")],
+        fontsize=7)
+
+    height = 0.8 / len(changes)
+    for k, name in enumerate(changes):
+        change.barh([place - 0.4 + (k + 0.5) * height for place in places],
+                    [entry["result"][name] or 0 for entry in table], height,
+                    label=name.removesuffix(".change"), color=f"C{k + 2}")
+    if any(entry["result"][name] for entry in table for name in changes):
+        change.set_xscale("log")
+    change.set_xlabel("relative change of the result without it")
+    change.legend(fontsize=7)
+    if panels == 4:
+        axes[3].barh(places, [entry["result"][study.error] or 0 for entry in table],
+                     0.7, color="C0", label="without it")
+        axes[3].axvline(study.error_of(whole), color="black", label="as it is")
+        axes[3].set_xlabel(f"{study.error} against the exact solution")
+        axes[3].legend(fontsize=7)
+    for axis in axes:
+        axis.grid(axis="x", alpha=0.25)
+    figure.suptitle(study.title(), fontsize=9)
+    return figure
+
+
 def finish(axis, study, x, y):
     axis.set_xlabel(x)
     axis.set_ylabel(y)
@@ -173,8 +234,8 @@ def finish(axis, study, x, y):
 # report.html
 # --------------------------------------------------------------------------
 
-def report(study, pictures):
-    """The text of report.html. pictures: SVG texts"""
+def accuracy_parts(study):
+    """Laws, runs and predictions."""
     data = study.json
     rows = []
     for row in data["rows"]:
@@ -197,15 +258,7 @@ def report(study, pictures):
                     number(p["predicted"]["seconds"]), number(p["seconds"]),
                     number(p["predicted"]["error"], ".3e"), number(p["value"], ".3e")])
               for p in data["proofs"]]
-    title = f"Study {html.escape(data['study'])}"
     parts = [
-        f"<h1>{title}</h1>",
-        f"<p>Scene {html.escape(data['scene'])}, {data['dimension']}D, "
-        f"{html.escape(data['error'])}; each run is the median of {data['repeats']} by the "
-        f"{data['clock']} clock. "
-        f"{html.escape(data['machine']['processor'])}, {data['machine']['cores']} cores; "
-        f"revision {html.escape(study.revisions())}.</p>",
-        *(f"<figure>{picture}</figure>" for picture in pictures),
         "<h2>Laws</h2><p>Time ~ cells^a and error ~ h^p, of the finest runs; half the "
         "error takes so many times the time.</p>",
         table(["line", "runs", "a", "p", "half the error"], laws),
@@ -217,7 +270,58 @@ def report(study, pictures):
         parts += ["<h2>Predictions</h2>",
                   table(["asked", "line", "cells", "seconds, predicted", "real",
                          "error, predicted", "real"], proofs)]
-    parts.append(listing("Input", data["input"]))
+    return parts
+
+
+def effects_parts(study):
+    """Prices and changes, and the runs that failed."""
+    data, whole = study.json, study.json["rows"][0]
+    names = list(data["effects"][0]["result"])
+    rows = []
+    for entry in data["effects"]:
+        own, price = entry["own"], entry["price"]
+        cells = [entry["effect"],
+                 number(own and own["kernels"] / whole["steps"]),
+                 number(own and own["seconds"]),
+                 number(price and price["seconds"]),
+                 number(price and 100 * price["seconds"] / whole["seconds"], ".1f"),
+                 number(price and price["array_bytes"] / 1024),
+                 number(price and price["steps"], ".0f")]
+        rows.append(("", cells + [number(entry["result"][name], ".2e")
+                                  for name in names]))
+    error = study.error_of(whole)
+    parts = [
+        "<h2>Effects</h2>"
+        f"<p>As it is: {' x '.join(map(str, whole['cells']))} cells, {whole['steps']} "
+        f"steps, {number(whole['kernels'] / whole['steps'])} kernels a step, "
+        f"{number(whole['seconds'])} s, {number(whole['array_bytes'] / 1024)} KiB of "
+        f"arrays{f', {html.escape(study.error)} {error:.3e}' if error else ''}.</p>"
+        "<p>Its own: the passes that serve an effect alone (-: it works within other "
+        "kernels). Less: what the run takes less without it. Then the result without "
+        "it; a change is the L1 of the difference over that of the field as it is.</p>",
+        table(["effect", "own kernels a step", "own seconds", "seconds less", "% less",
+               "KiB less", "steps less", *names], rows)]
+    if study.failed:
+        parts += ["<h2>Failed</h2>",
+                  table(["run", "why"], [("", [row["line"], row["message"]])
+                                         for row in study.failed])]
+    return parts
+
+
+def report(study, pictures):
+    """The text of report.html. pictures: SVG texts"""
+    data = study.json
+    title = f"Study {html.escape(data['study'])}"
+    parts = [
+        f"<h1>{title}</h1>",
+        f"<p>Scene {html.escape(data['scene'])}, {data['dimension']}D, "
+        f"{html.escape(data['error'])}; each run is the median of {data['repeats']} by the "
+        f"{data['clock']} clock. "
+        f"{html.escape(data['machine']['processor'])}, {data['machine']['cores']} cores; "
+        f"revision {html.escape(study.revisions())}.</p>",
+        *(f"<figure>{picture}</figure>" for picture in pictures),
+        *(effects_parts if study.is_of_effects else accuracy_parts)(study),
+        listing("Input", data["input"])]
     return page(title, parts)
 
 
@@ -237,7 +341,10 @@ def main(arguments):
         folder = options.output or options.directory
         folder.mkdir(parents=True, exist_ok=True)
         pictures = []
-        for name, draw in [("work_precision.png", work_precision), ("cost.png", cost)]:
+        drawings = [("work_precision.png", work_precision), ("cost.png", cost)]
+        if study.is_of_effects:
+            drawings = [("effects.png", effects)]
+        for name, draw in drawings:
             figure = draw(study)
             figure.savefig(folder / name, dpi=130)
             print(folder / name)

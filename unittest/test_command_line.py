@@ -748,5 +748,89 @@ class Interrupted(CommandLineTest):
         self.assertFalse((self.output / "summary.json").exists())
 
 
+class Warnings(unittest.TestCase):
+    """machpoint check: an input that is right, and seems not to be meant."""
+
+    BARE = "physics=[{\"type\":\"ideal_gas\"}]"
+
+    def warnings(self, name, *assignments):
+        arguments = [word for text in assignments for word in ("--set", text)]
+        result = machpoint("check", INPUTS / f"{name}.json", *arguments)
+        self.assertEqual(result.returncode, FINISHED, result.stderr)
+        self.assertIn(": ok\n", result.stdout)
+        lines = result.stderr.splitlines()
+        for line in lines:
+            self.assertTrue(
+                line.startswith(f"{INPUTS / name}.json: warning: /physics"),
+                line)
+        return lines
+
+    def test_shocks_without_viscosity(self):
+        # Two gases, a blast, a wall that gas runs into, cold gas that meets
+        # itself, a body in a fast stream, an inflow that pushes.
+        for name in ["toro1", "leblanc", "sedov_2d", "two_blasts", "piston",
+                     "noh_1d", "shu_osher", "stationary_shock", "cylinder_mach3",
+                     "wedge", "naca0012", "double_mach_reflection"]:
+            with self.subTest(scene=name):
+                line, = self.warnings(name, self.BARE)
+                self.assertRegex(line, "/physics: .*sends off a shock, .* times "
+                                 "the pressure, .*artificial_viscosity")
+        line, = self.warnings("sod", self.BARE)
+        self.assertIn("near (0.495) sends off a shock, 3.03 times", line)
+
+    def test_no_shock_no_warning(self):
+        for name, *assignments in [
+            ("stationary_contact",), ("moving_contact",), ("receding",),
+            ("einfeldt_1203",), ("expansion_corner",),
+            ("isentropic_vortex", "grid.cells=[16,16]"),
+            ("acoustic_wave", "grid.cells=[16]"),
+            ("sod", "method={\"name\":\"paper\"}"),
+            ("cylinder_mach3", "initial.0.velocity=[0.3,0]",
+             "boundary.0.velocity=[0.3,0]")]:
+            with self.subTest(scene=name):
+                bare = [] if name in ["acoustic_wave",
+                                      "isentropic_vortex"] else [self.BARE]
+                self.assertEqual(self.warnings(name, *assignments, *bare), [])
+
+    def test_waves_that_grow(self):
+        line, = self.warnings("acoustic_wave", "method.time=symplectic")
+        self.assertIn("symplectic lets waves grow", line)
+        self.assertEqual(
+            self.warnings("translation", "method.time=symplectic"), [])
+
+    def test_viscosity_in_a_uniform_flow(self):
+        line, = self.warnings("translation_2d")
+        self.assertIn("/physics/1: the gas is uniform", line)
+        for change in [
+            # Their random places are felt by a method that is not exact.
+            "method={\"name\":\"apic\"}",
+            "boundary=[{\"type\":\"slip_wall\",\"side\":\"x_lower\"},"
+            "{\"type\":\"slip_wall\",\"side\":\"x_upper\"},"
+            "{\"type\":\"periodic\",\"side\":\"y_lower\"},"
+            "{\"type\":\"periodic\",\"side\":\"y_upper\"}]",
+            "initial.0.region={\"type\":\"sphere\",\"center\":[0.5,0.5],"
+            "\"radius\":0.2}"]:
+            with self.subTest(change=change):
+                self.assertEqual(self.warnings("translation_2d", change), [])
+
+    def test_gravity(self):
+        def uniform(g):
+            return self.warnings(
+                "translation", "physics=[{\"type\":\"ideal_gas\"},"
+                f"{{\"type\":\"gravity\",\"acceleration\":[0,{g}]}}]")
+        self.assertEqual(uniform(-1e-3), [])
+        self.assertEqual(uniform(-1e-11), [])
+        line, = uniform(-1e-14)
+        # |v| + c = 4 on a length of 1.
+        self.assertIn("/physics/1: with a Froude number of 4e+07 gravity "
+                      "vanishes", line)
+        line, = self.warnings("gravity_column", self.BARE)
+        self.assertIn("/physics: the gas of hydrostatic is in balance with a "
+                      "gravity of -1 along x, and the scene has 0", line)
+        line, = self.warnings("rayleigh_taylor",
+                              "physics.1.acceleration=[0,0.1]")
+        self.assertIn("/physics/1: the gas of rayleigh_taylor", line)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -161,6 +161,12 @@ class Validity(InputTest):
             with self.subTest(input=path.name):
                 result = machpoint("check", path)
                 self.assertEqual(result.returncode, 0, result.stderr)
+                # Uniform gas, to show that viscosity lets it be.
+                expected = path.stem in ["gas_at_rest_2d", "translation_2d"]
+                self.assertEqual("artificial_viscosity will not be felt" in
+                                 result.stderr, expected, result.stderr)
+                self.assertEqual(result.stderr.count("\n"), expected,
+                                 result.stderr)
 
     @unittest.skipUnless(jsonschema, "python3-jsonschema is not installed")
     def test_schema_accepts_them(self):

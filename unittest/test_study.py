@@ -422,6 +422,129 @@ class Wrong(StudyTest):
                 self.assertFalse(self.output.exists())
 
 
+class Effects(StudyTest):
+    """A study of the kind effects."""
+
+    def effects(self, **keys):
+        path = self.write(kind="effects", repeats=1, **keys)
+        shown = self.study(path).stdout
+        return path, shown, self.result()
+
+    def test_each_effect_is_left_out_once(self):
+        path, shown, study = self.effects(set={"grid.cells": [20]})
+        whole, *others = study["rows"]
+        self.assertEqual(whole["line"], "as it is")
+        names = [entry["effect"] for entry in study["effects"]]
+        # What the scene has, and nothing that it lacks.
+        self.assertEqual(
+            set(names),
+            {"artificial_viscosity", "viscosity limiter", "loss return",
+             "pressure relaxation", "heat mixing", "splitting", "retries",
+             "all of them"})
+        self.assertEqual([row["line"] for row in others],
+                         ["without " + name for name in names])
+        for row in study["rows"]:
+            self.assertEqual(row["status"], "finished")
+            summary = json.loads(
+                (self.output / "runs" / row["id"] / "summary.json").read_text())
+            self.assertEqual(row["kernels"], summary["kernels"])
+            self.assertEqual(row["array_bytes"], summary["peak_array_bytes"])
+            self.assertEqual(row["errors"]["density.L1"],
+                             summary["errors"]["density"]["L1"])
+        by_name = dict(zip(names, study["effects"]))
+        for name, row in zip(names, others):
+            entry = by_name[name]
+            self.assertEqual(entry["id"], row["id"])
+            for key in ["seconds", "kernels", "steps", "array_bytes"]:
+                self.assertAlmostEqual(entry["price"][key],
+                                       whole[key] - row[key])
+            self.assertEqual(entry["result"]["density.L1"],
+                             row["errors"]["density.L1"])
+            self.assertIn(name, shown)
+        # Its kernels and memory are gone with it, and the shock rings.
+        viscosity = by_name["artificial_viscosity"]
+        self.assertEqual(viscosity["own"]["kernels"], 2 * whole["steps"])
+        self.assertGreater(viscosity["result"]["density.change"], 1e-3)
+        self.assertGreater(by_name["heat mixing"]["own"]["kernels"], 0)
+        self.assertGreater(by_name["pressure relaxation"]["own"]["bytes"], 0)
+        self.assertGreater(
+            by_name["pressure relaxation"]["price"]["array_bytes"], 0)
+        # A step that needs no repetition is the same without a copy.
+        self.assertEqual(by_name["retries"]["result"]["density.change"], 0)
+        self.assertIsNone(by_name["loss return"]["own"])
+        # All of it left out is the bare method.
+        self.assertEqual(
+            others[-1]["settings"]["physics"],
+            [{"type": "ideal_gas", "gamma": 1.4}])
+        # Nothing is run again.
+        self.assertEqual(self.study(path).stderr, "")
+        with open(self.output / "study.csv") as file:
+            table = list(csv.DictReader(file))
+        self.assertEqual(float(table[1]["density.change"]),
+                         viscosity["result"]["density.change"])
+
+        result = subprocess.run([sys.executable, str(PLOT), "study",
+                                 str(self.output)], capture_output=True,
+                                text=True, timeout=120)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        picture = self.output / "effects.png"
+        self.assertIn(str(picture), result.stdout)
+        self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
+        page = (self.output / "report.html").read_text()
+        self.assertEqual(page.count("<svg"), 1)
+        self.assertIn("pressure relaxation", page)
+
+    def test_the_force_on_a_body(self):
+        _, shown, study = self.effects(
+            input=str(INPUTS / "cylinder_mach3.json"),
+            set={"grid.cells": [16, 8], "time.end": 0.2},
+            error="cylinder.force_x")
+        self.assertRegex(shown, "left out .* cylinder.force_x\n")
+        entry = study["effects"][0]
+        self.assertEqual(entry["effect"], "artificial_viscosity")
+        whole, without = study["rows"][:2]
+        force = [row["values"]["cylinder.force_x"] for row in [whole, without]]
+        self.assertAlmostEqual(entry["result"]["cylinder.force_x.change"],
+                               abs(force[1] / force[0] - 1))
+
+    def test_failures_are_told(self):
+        path, _, study = self.effects(set={"grid.cells": [20]})
+        # As a run leaves it that breaks down without an effect.
+        row, = (r for r in study["rows"] if r["line"] == "without retries")
+        row.update(status="failed", exit_code=NUMERICAL_FAILURE,
+                   message="the gas broke down")
+        (self.output / "study.json").write_text(json.dumps(study))
+        shown = self.study(path).stdout
+        self.assertRegex(shown, r"retries .* failed: the gas broke down")
+        entry, = (e for e in self.result()["effects"]
+                  if e["effect"] == "retries")
+        self.assertIsNone(entry["price"])
+        self.assertIsNone(entry["result"]["density.change"])
+
+        # Without the scene as it is there is nothing to compare with.
+        path = self.write(kind="effects", repeats=1,
+                          set={"grid.cells": [20], "time.cfl": 50,
+                               "time.retries": 1})
+        shown = self.study(path, code=NUMERICAL_FAILURE).stdout
+        self.assertRegex(shown, "failed: the gas broke down.* as it is")
+
+    def test_wrong(self):
+        for keys, text in [
+            ({"vary": MATRIX}, "/vary: a study of effects"),
+            ({"reference": {"type": "finer"}}, "/reference: a study of effects"),
+            ({"kind": "effect"}, 'did you mean "effects"?'),
+            ({"error": "densty.L1"}, 'did you mean "density.L1"?'),
+            ({"input": str(INPUTS / "taylor_green.json"),
+              "error": "density.L1"}, "/error: ")]:
+            with self.subTest(keys=keys):
+                path = self.write(**{"kind": "effects", **keys})
+                shown = self.study(path, code=WRONG_INPUT).stderr
+                self.assertIn(text, shown)
+        path = self.write(kind="effects")
+        shown = self.study(path, "--budget", "1s", code=WRONG_INPUT).stderr
+        self.assertIn("kind accuracy", shown)
+
+
 class Pictures(StudyTest):
 
     def test_plot(self):

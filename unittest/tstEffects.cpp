@@ -2,6 +2,9 @@
 // Tools callbacks, with each optional effect and without it.
 #include "scenes.hpp"
 
+#include <core/profile.hpp>
+#include <drivers/study_effects.hpp>
+
 #include <map>
 #include <set>
 
@@ -64,32 +67,118 @@ Json baseScene()
     return box( 2, 8, 2, "apic", "quadratic", "periodic" );
 }
 
-// The base method's kernels and nothing else, each as often as the time loop
-// says.
-TEST( Effects, baseMethodLaunchesItsOwnKernelsOnly )
+//! Kernels of this code; those that Kokkos launches to clear or copy memory
+//! carry other labels.
+Counts ours( const Counts& all )
 {
-    const auto base = tally( baseScene() );
-    Counts expected = {
+    Counts rest;
+    for ( const auto& [label, count] : all )
+        if ( label.rfind( "Machpoint::", 0 ) == 0 )
+            rest[label] = count;
+    return rest;
+}
+
+//! A scene with viscosity and gravity, less all that can be left out: what a
+//! study of effects calls the bare method.
+Json bareScene( const std::string& method )
+{
+    auto input = box( 2, 8, 2, method, "quadratic", "periodic" );
+    addViscosity( input );
+    input["physics"].push_back(
+        { { "type", "gravity" }, { "acceleration", { 0.1, 0.0 } } } );
+    const auto settings = withoutAll( resolveInput( input, "test" ) );
+    for ( const auto& item : settings.items() )
+        applyOverride( input, item.key() + "=" + item.value().dump() );
+    return input;
+}
+
+//! What every method launches in 20 steps with an equation of state between
+//! periodic sides. \param sums on nodes in a step
+Counts timeLoop( const int sums )
+{
+    Counts counts = {
         { "Machpoint::idealGas", 21 },      // once before the first step
         { "Machpoint::survey", 21 },        // likewise
-        { "Machpoint::findFault", 20 },     // the guard
         { "Machpoint::cellOfParticle", 1 }, // sorted in step 0
         { "Machpoint::permute", 1 },
-        { "Machpoint::particlesToGrid", 20 },
-        { "Machpoint::fold", 40 },
         { "Machpoint::gridVelocity", 20 },
-        { "Machpoint::fill", 40 },
         { "Machpoint::advanceGridVelocity", 20 },
-        { "Machpoint::gridToParticles", 20 },
         { "Machpoint::periodic", 40 } }; // an axis in one pass
     if ( std::is_same_v<MemorySpace, Kokkos::HostSpace> &&
          ExecutionSpace().concurrency() > 1 )
-        expected["Machpoint::sumOfThreads"] = 20;
-    Counts own;
-    for ( const auto& [label, count] : base.kernels )
-        if ( label.rfind( "Machpoint::", 0 ) == 0 )
-            own[label] = count;
-    EXPECT_EQ( own, expected );
+        counts["Machpoint::sumOfThreads"] = 20 * sums;
+    return counts;
+}
+
+// A scene with none of the optional effects launches exactly the kernels of
+// its method, each as often as the time loop says.
+TEST( Effects, bareApicLaunchesItsOwnKernelsOnly )
+{
+    auto expected = timeLoop( 1 );
+    expected["Machpoint::particlesToGrid"] = 20;
+    expected["Machpoint::fold"] = 40; // axis by axis
+    expected["Machpoint::fill"] = 40;
+    expected["Machpoint::gridToParticles"] = 20;
+    EXPECT_EQ( ours( tally( bareScene( "apic" ) ).kernels ), expected );
+}
+
+TEST( Effects, bareConservativeLaunchesItsOwnKernelsOnly )
+{
+    auto expected = timeLoop( 2 );
+    expected["Machpoint::clearSidecar"] = 1; // the rates, made once
+    expected["Machpoint::permute"] = 2;      // and sorted like particles
+    expected["Machpoint::depositParticles"] = 20;
+    expected["Machpoint::depositStress"] = 20;
+    expected["Machpoint::fold"] = 80;
+    expected["Machpoint::fill"] = 160; // moments, v, stress, and v with v'
+    expected["Machpoint::normaliseFaces"] = 20;
+    expected["Machpoint::differenceVelocity"] = 40; // of v, and of the mean
+    expected["Machpoint::gatherRates"] = 20;
+    expected["Machpoint::pressureForce"] = 20;
+    expected["Machpoint::gatherParticles"] = 20;
+    EXPECT_EQ( ours( tally( bareScene( "conservative" ) ).kernels ), expected );
+}
+
+TEST( Effects, barePaperLaunchesItsOwnKernelsOnly )
+{
+    auto expected = timeLoop( 2 );
+    expected["Machpoint::particlesToGrid"] = 20;
+    expected["Machpoint::fold"] = 80;
+    expected["Machpoint::fill"] = 80; // v with v', and the second velocity
+    expected["Machpoint::updateParticleVelocity"] = 20;
+    expected["Machpoint::momentumToGrid"] = 20;
+    expected["Machpoint::divideByMass"] = 20;
+    expected["Machpoint::updateParticles"] = 20;
+    EXPECT_EQ( ours( tally( bareScene( "paper" ) ).kernels ), expected );
+}
+
+// What has a line in the end table is what a study of effects leaves out: each
+// part that has passes of its own, by the name of its declaration.
+TEST( Effects, partsHaveTheNamesThatTheyAreDeclaredWith )
+{
+    auto input = box( 2, 8, 2, "conservative", "quadratic", "periodic" );
+    addViscosity( input );
+    input["method"]["pressure_relaxation"] = 0.05;
+    input["method"]["heat_mixing"] = 2;
+    std::set<std::string> declared, found;
+    for ( const auto& effect :
+          optionalEffects( resolveInput( input, "test" ) ) )
+        declared.insert( effect.name );
+    Profile::start();
+    auto run = simulate( input );
+    advance( *run, 20 );
+    for ( const auto& entry : Profile::effects() )
+        if ( entry.name.rfind( "periodic", 0 ) != 0 &&
+             entry.name != "ideal_gas" )
+        {
+            EXPECT_EQ( declared.count( entry.name ), 1u ) << entry.name;
+            EXPECT_GT( entry.kernels, 0 ) << entry.name;
+            found.insert( entry.name );
+        }
+    EXPECT_EQ( found, ( std::set<std::string>{
+                          "artificial_viscosity", "viscosity limiter",
+                          "pressure relaxation", "heat mixing", "splitting",
+                          "merging", "midpoint", "retries" } ) );
 }
 
 struct Effect
@@ -153,16 +242,6 @@ TEST_P( OptionalEffect, costsNothingWhenAbsent )
     for ( const auto& label : effect.memory )
         EXPECT_EQ( absent.allocations.count( label ), 0u ) << label;
 
-    // Kernels that Kokkos itself launches to clear or copy an effect's memory
-    // carry generic labels; the method's own must be equal.
-    auto ours = []( const Counts& all )
-    {
-        Counts rest;
-        for ( const auto& [label, count] : all )
-            if ( label.rfind( "Machpoint::", 0 ) == 0 )
-                rest[label] = count;
-        return rest;
-    };
     auto rest = ours( without( present.kernels, effect.kernels ) );
     if ( effect.name == "gravity" )
         rest["Machpoint::fold"] -= 40; // of its own force

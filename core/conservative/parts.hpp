@@ -60,16 +60,19 @@ struct ConservativeParts
                                        "1D: 0" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 1 )
+            .switches( "volume relaxation", 0 )
             .source( "docs/conservative.md, section 7" );
         p.number( "particle_shifting", "ks: speed, in sound speeds, at which "
                                        "particles leave crowds; 1D: 0" )
             .atLeast( 0 )
             .atMost( 1 )
             .defaultsTo( line ? 0 : 0.2 )
+            .switches( "particle shifting", 0 )
             .source( "after Xu et al. 2009; docs/conservative.md, section 7" );
         p.boolean( "viscosity_limiter",
                    "no artificial viscosity where the flow is smooth" )
             .defaultsTo( true )
+            .switches( "viscosity limiter", false )
             .source( "Christensen 1990, Balsara 1995" );
         p.number( "blend", "beta_0: share of the grid's velocity that a "
                            "particle takes; 1 is APIC, 0 affine FLIP; 1D: 0.1" )
@@ -81,10 +84,12 @@ struct ConservativeParts
                   "kb: beta_0 grows by kb phi h |D| / c in shocks; 1D: 0" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 20 )
+            .switches( "blend in compression", 0 )
             .source( "docs/conservative.md, section 5" );
         p.boolean( "loss_return",
                    "kinetic energy lost in the transfer becomes heat" )
             .defaultsTo( true )
+            .switches( "loss return", false )
             .source( "docs/conservative.md, section 5" );
         p.number( "pressure_relaxation",
                   "eta: exchange of volume between particles of a cell; "
@@ -92,16 +97,19 @@ struct ConservativeParts
             .atLeast( 0 )
             .atMost( 0.5 )
             .defaultsTo( line ? 0.05 : 0 )
+            .switches( "pressure relaxation", 0 )
             .source( "after Tipton 1989; docs/conservative.md, section 8" );
         p.number( "heat_mixing", "ck: exchange of heat in compression, in "
                                  "units of |D|; 1D: 2" )
             .atLeast( 0 )
             .defaultsTo( line ? 2 : 0 )
+            .switches( "heat mixing", 0 )
             .source( "after Noh 1987; docs/conservative.md, section 8" );
         p.number( "split_volume", "volume above which a particle is halved" )
             .unit( "cells" )
             .atLeast( 0 )
             .defaultsTo( 0.75 )
+            .switches( "splitting", 0 )
             .source( "docs/conservative.md, section 9" );
         p.number( "mass_floor", "no particle is halved below this part of the "
                                 "mass that it started with" )
@@ -114,6 +122,7 @@ struct ConservativeParts
             .unit( "cells" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 0.125 )
+            .switches( "merging", 0 )
             .source( "docs/conservative.md, section 9" );
         return p;
     }

@@ -1,0 +1,45 @@
+/*!
+  \file flow_facts.hpp
+  \brief Layer 4: what an input alone tells of the flow, so that an effect can
+  say beforehand whether the scene will feel it.
+*/
+#ifndef MACHPOINT_FLOW_FACTS_HPP
+#define MACHPOINT_FLOW_FACTS_HPP
+
+#include <core/parameters.hpp>
+#include <core/types.hpp>
+
+#include <string>
+
+namespace Machpoint
+{
+
+/*!
+  \brief The start of a scene, before anything is built.
+
+  `machpoint check` asks each physics module that has a static
+  `std::string remark( const Json* entry, const FlowFacts& )`, with its resolved
+  entry of the input, or null where the scene lacks it. The module answers why
+  the scene cannot feel it, or why its absence will be felt, with a remedy; or
+  nothing.
+*/
+struct FlowFacts
+{
+    Json input;           //!< resolved
+    int effects = 0;      //!< entries of `physics` less the equation of state
+    Vector<3> extent{};   //!< of the domain, 0 beyond its dimension, length
+    Real least_speed = 0; //!< of |v| + c, c the speed of sound, length/time
+    //! Is the gas in one state everywhere, and will nothing but an effect
+    //! disturb it?
+    bool is_undisturbed = false;
+    //! Where the gas sends off a shock, in words; empty: nothing tells of one.
+    std::string shock;
+    //! Do shocks in this method call for artificial viscosity?
+    bool shocks_need_viscosity = true;
+    //! Do waves that nothing damps grow in this method?
+    bool waves_grow = false;
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,77 @@
+#include <core/initial_gas.hpp>
+
+#include <physics/modules.hpp>
+
+#include <fmt/format.h>
+
+namespace Machpoint
+{
+
+namespace
+{
+
+template <std::size_t K = 0>
+std::unique_ptr<InitialState> makeInitialState( const Json& json,
+                                                const SceneFacts& facts )
+{
+    if constexpr ( K < std::tuple_size_v<InitialStates> )
+    {
+        using Type = std::tuple_element_t<K, InitialStates>;
+        if ( json.at( "type" ) == Type::name )
+        {
+            if constexpr ( std::is_constructible_v<Type, const Json&,
+                                                   const SceneFacts&> )
+                return std::make_unique<Type>( json, facts );
+            else
+                return std::make_unique<Type>( json );
+        }
+        return makeInitialState<K + 1>( json, facts );
+    }
+    throw std::logic_error( "no initial state " + json.at( "type" ).dump() );
+}
+
+} // namespace
+
+template <int Dim>
+InitialGas<Dim>::InitialGas( const Json& input )
+{
+    const SceneFacts facts{ Dim, gasLaw( input ) };
+    for ( const auto& json : input.at( "initial" ) )
+    {
+        Entry entry;
+        try
+        {
+            entry.state = makeInitialState( json, facts );
+        }
+        catch ( const std::invalid_argument& error )
+        {
+            throw InputError( { fmt::format( "/initial/{}: {}", _entries.size(),
+                                             error.what() ) } );
+        }
+        entry.is_everywhere = !json.contains( "region" );
+        if ( !entry.is_everywhere )
+            entry.region =
+                makeShape<Dim, Kokkos::HostSpace>( json.at( "region" ) );
+        _entries.push_back( std::move( entry ) );
+    }
+}
+
+template <int Dim>
+GasState InitialGas<Dim>::at( const Vector<Dim>& x, Gradient& gradient ) const
+{
+    Vector<3> place{};
+    for ( int d = 0; d < Dim; ++d )
+        place[d] = x[d];
+    GasState gas{};
+    gradient = {};
+    for ( const auto& entry : _entries )
+        if ( entry.is_everywhere || entry.region.distance( x ) < 0 )
+            entry.state->apply( place, gas, gradient );
+    return gas;
+}
+
+template class InitialGas<1>;
+template class InitialGas<2>;
+template class InitialGas<3>;
+
+} // namespace Machpoint

@@ -1,0 +1,42 @@
+/*!
+  \file initial_gas.hpp
+  \brief Layer 5: the gas that the entries of `initial` make together.
+*/
+#ifndef MACHPOINT_INITIAL_GAS_HPP
+#define MACHPOINT_INITIAL_GAS_HPP
+
+#include <boundary/shape.hpp>
+#include <physics/initial/initial_state.hpp>
+
+#include <memory>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! Later entries go on top of earlier ones. Host only.
+template <int Dim>
+class InitialGas
+{
+  public:
+    //! \param input resolved \throws InputError where there is no such gas
+    explicit InitialGas( const Json& input );
+
+    //! Of zero density where there is none. \param x position
+    //! \param[out] gradient of the velocity
+    GasState at( const Vector<Dim>& x, Gradient& gradient ) const;
+
+  private:
+    using HostShape = Shape<Dim, Kokkos::HostSpace>;
+    struct Entry
+    {
+        std::unique_ptr<InitialState> state;
+        bool is_everywhere;
+        HostShape region; // otherwise
+    };
+    std::vector<Entry> _entries;
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,302 @@
+#include <drivers/study_effects.hpp>
+
+#include <drivers/input.hpp>
+
+#include <core/registry.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace Machpoint
+{
+
+namespace
+{
+
+bool isEquationOfState( const Json& entry )
+{
+    const auto& factories = physicsModules<3>();
+    return std::any_of( factories.begin(), factories.end(),
+                        [&]( const auto& factory )
+                        {
+                            return factory.is_equation_of_state &&
+                                   entry.at( "type" ) == factory.name;
+                        } );
+}
+
+//! The keys of an object that switch an effect which is on.
+void collect( const Parameters& parameters, const Json& object,
+              const std::string& prefix, std::vector<OptionalEffect>& effects )
+{
+    for ( const auto& key : parameters.keys() )
+    {
+        const auto value = object.find( key.name );
+        if ( value == object.end() )
+            continue;
+        const auto path = prefix + key.name;
+        if ( !key.effect.empty() && *value != key.off )
+            effects.push_back( { key.effect, { { path, key.off } } } );
+        if ( key.kind == Parameter::Kind::Object )
+            collect( *key.nested, *value, path + ".", effects );
+    }
+}
+
+//! `physics` without the entries for which `isLeftOut` holds.
+template <class Predicate>
+Json physicsWithout( const Json& physics, const Predicate& isLeftOut )
+{
+    Json rest = Json::array();
+    for ( const auto& entry : physics )
+        if ( !isLeftOut( entry ) )
+            rest.push_back( entry );
+    return { { "physics", rest } };
+}
+
+const StudyRow* findRow( const std::vector<StudyRow>& rows,
+                         const std::string& line )
+{
+    const auto found = std::find_if( rows.begin(), rows.end(),
+                                     [&]( const StudyRow& row )
+                                     { return row.run.line == line; } );
+    return found == rows.end() ? nullptr : &*found;
+}
+
+//! What a run takes less than another one, as measured.
+Json price( const Json& whole, const Json& without )
+{
+    Json price;
+    for ( const auto* key : { "seconds", "kernels", "steps", "array_bytes" } )
+        price[key] =
+            whole.at( key ).get<Real>() - without.at( key ).get<Real>();
+    return price;
+}
+
+//! Kernels, seconds and bytes of passes that serve an effect alone; null if it
+//! has none.
+Json ownCost( const Json& record, const std::string& effect )
+{
+    for ( const auto& entry : record.at( "effects" ) )
+        if ( entry.at( "name" ) == effect )
+            return { { "kernels", entry.at( "kernels" ) },
+                     { "seconds", entry.at( "seconds" ) },
+                     { "bytes", entry.at( "bytes" ) } };
+    return nullptr;
+}
+
+//! Columns of the table behind the prices: what changes, and the error against
+//! the exact solution where there is one.
+std::vector<std::string> resultNames( const Study& study )
+{
+    std::vector<std::string> names = { "density.change", "velocity.change",
+                                       "pressure.change" };
+    if ( isFieldError( study.error ) )
+        names.push_back( study.error );
+    else if ( !study.error.empty() )
+        names.push_back( fmt::format( "{}.change", study.error ) );
+    return names;
+}
+
+std::string number( const Real value )
+{
+    return std::isnan( value ) ? "-" : fmt::format( "{:.2e}", value );
+}
+
+std::string signedBytes( const Real bytes )
+{
+    const Real size = std::abs( bytes );
+    return size < 1024      ? fmt::format( "{:+.0f} B", bytes )
+           : size < 1048576 ? fmt::format( "{:+.3g} KiB", bytes / 1024 )
+                            : fmt::format( "{:+.3g} MiB", bytes / 1048576 );
+}
+
+//! Of a column of results: a change needs no other word than its field.
+std::string heading( const std::string& name )
+{
+    const std::string change = ".change";
+    return name.ends_with( change )
+               ? name.substr( 0, name.size() - change.size() )
+               : name;
+}
+
+Real kernelsPerStep( const StudyRow& row )
+{
+    return row.record.at( "kernels" ).get<Real>() /
+           row.record.at( "steps" ).get<Real>();
+}
+
+//! One line of the table. \param entry of effectsTable
+//! \param whole, row the scene as it is, and without the effect
+std::string formatEntry( const Study& study, const Json& entry,
+                         const StudyRow& whole, const StudyRow& row )
+{
+    const Real steps = whole.record.at( "steps" );
+    std::string kernels = "-", seconds = "-";
+    if ( const auto& own = entry.at( "own" ); !own.is_null() )
+    {
+        kernels =
+            fmt::format( "{:.3g}", own.at( "kernels" ).get<Real>() / steps );
+        seconds = fmt::format( "{:.3f} s", own.at( "seconds" ).get<Real>() );
+    }
+    auto text = fmt::format( "  {:<22}{:>8}{:>10}",
+                             entry.at( "effect" ).get<std::string>(), kernels,
+                             seconds );
+    if ( row.isFailed() )
+        return fmt::format( "{}  failed: {:.60}...\n", text,
+                            row.record.at( "message" ).get<std::string>() );
+    if ( !row.isFinished() )
+        return fmt::format( "{}  not run yet\n", text );
+    auto more = [&]( const char* key )
+    { return 0 - entry.at( "price" ).at( key ).get<Real>(); };
+    text += fmt::format(
+        "{:>9}{:>11}{:>9}{:>11}{:>7}",
+        fmt::format( "{:+.1f}",
+                     kernelsPerStep( row ) - kernelsPerStep( whole ) ),
+        fmt::format( "{:+.3f} s", more( "seconds" ) ),
+        fmt::format( "{:+.1f} %",
+                     100 * more( "seconds" ) /
+                         whole.record.at( "seconds" ).get<Real>() ),
+        signedBytes( more( "array_bytes" ) ),
+        fmt::format( "{:+.0f}", more( "steps" ) ) );
+    for ( const auto& name : resultNames( study ) )
+        text += fmt::format( "{:>{}}", number( row.error( name ) ),
+                             heading( name ).size() + 3 );
+    return text + "\n";
+}
+
+} // namespace
+
+std::vector<OptionalEffect> optionalEffects( const Json& input )
+{
+    std::vector<OptionalEffect> effects;
+    const auto& physics = input.at( "physics" );
+    for ( const auto& entry : physics )
+        if ( !isEquationOfState( entry ) )
+            effects.push_back(
+                { entry.at( "type" ),
+                  physicsWithout( physics, [&]( const Json& other )
+                                  { return other == entry; } ) } );
+    collect( inputParameters( input.at( "dimension" ) ), input, "", effects );
+    return effects;
+}
+
+Json withoutAll( const Json& input )
+{
+    auto settings = Json::object();
+    for ( const auto& effect : optionalEffects( input ) )
+        settings.update( effect.off );
+    settings.update(
+        physicsWithout( input.at( "physics" ), []( const Json& entry )
+                        { return !isEquationOfState( entry ); } ) );
+    return settings;
+}
+
+std::string lineWithout( const std::string& effect )
+{
+    return fmt::format( "without {}", effect );
+}
+
+void addRound( Json& effects, const Json& summary )
+{
+    if ( effects.is_null() )
+        effects = Json::array();
+    for ( const auto& measured : summary.at( "effects" ) )
+    {
+        auto entry = std::find_if(
+            effects.begin(), effects.end(),
+            [&]( const Json& known )
+            { return known.at( "name" ) == measured.at( "name" ); } );
+        if ( entry == effects.end() )
+        {
+            effects.push_back( { { "name", measured.at( "name" ) },
+                                 { "rounds", Json::array() } } );
+            entry = effects.end() - 1;
+        }
+        auto& known = *entry;
+        known["kernels"] = measured.at( "kernels" );
+        known["bytes"] = measured.at( "bytes" );
+        known["rounds"].push_back( measured.at( "seconds" ) );
+        known["seconds"] = median( known.at( "rounds" ) );
+    }
+}
+
+Json effectsTable( const Study& study, const std::vector<StudyRow>& rows )
+{
+    const auto& whole = rows.front();
+    Json table = Json::array();
+    for ( const auto& effect : study.effects )
+    {
+        const auto* row = findRow( rows, lineWithout( effect ) );
+        if ( !row ) // all of them, and there is one
+            continue;
+        Json entry = { { "effect", effect }, { "id", row->record.at( "id" ) } };
+        entry["own"] =
+            whole.isFinished() ? ownCost( whole.record, effect ) : Json();
+        entry["price"] = whole.isFinished() && row->isFinished()
+                             ? price( whole.record, row->record )
+                             : Json();
+        for ( const auto& name : resultNames( study ) )
+        {
+            const Real value = row->error( name );
+            entry["result"][name] =
+                std::isnan( value ) ? Json() : Json( value );
+        }
+        table.push_back( entry );
+    }
+    return table;
+}
+
+std::string formatEffects( const Study& study,
+                           const std::vector<StudyRow>& rows )
+{
+    const auto& whole = rows.front();
+    auto text = fmt::format(
+        "\n{}: what effects cost, {} time, median of {} run(s) each\n",
+        study.name, study.clock == Clock::wall ? "wall" : "processor",
+        study.repeats );
+    if ( !whole.isFinished() )
+        return fmt::format( "{}{}  {}\n", text, formatRow( whole, "" ),
+                            whole.run.line );
+    const auto& record = whole.record;
+    const std::vector<Real> rounds =
+        record.at( study.clock == Clock::wall ? "wall_rounds" : "cpu_rounds" );
+    const auto [least, most] =
+        std::minmax_element( rounds.begin(), rounds.end() );
+    const Real error = whole.error( study.error );
+    text += fmt::format(
+        "as it is: {} cells, {} steps, {:.3g} kernels a step, {}, {:.3g} MiB "
+        "of "
+        "arrays{}\n\n",
+        formatCells( whole.run.cells() ),
+        record.at( "steps" ).get<std::int64_t>(), kernelsPerStep( whole ),
+        formatSeconds( record.at( "seconds" ) ),
+        record.at( "array_bytes" ).get<Real>() / 1048576,
+        std::isnan( error )
+            ? ""
+            : fmt::format( ", {} {:.3e}", study.error, error ) );
+    text += fmt::format( "  {:<22}{:>18}{:>47}   its result changes by\n", "",
+                         "its own passes", "without it the run takes" );
+    text +=
+        fmt::format( "  {:<22}{:>8}{:>10}{:>9}{:>20}{:>11}{:>7}", "left out",
+                     "kernels", "time", "kernels", "time", "bytes", "steps" );
+    for ( const auto& name : resultNames( study ) )
+        text += fmt::format( "   {}", heading( name ) );
+    text += "\n";
+    for ( const auto& entry : effectsTable( study, rows ) )
+        text += formatEntry(
+            study, entry, whole,
+            *findRow( rows, lineWithout( entry.at( "effect" ) ) ) );
+    text += "\n  kernels: launches a step; - : works within other kernels. "
+            "Changes: L1 of the\n  difference over L1 of the field as it is";
+    if ( isFieldError( study.error ) )
+        text += fmt::format( "; {}: without it", study.error );
+    text += ".\n";
+    if ( rounds.size() > 1 )
+        text += fmt::format( "  Rounds as it is lie within {}: smaller "
+                             "differences of time are noise.\n",
+                             formatSeconds( *most - *least ) );
+    return text;
+}
+
+} // namespace Machpoint

@@ -1,0 +1,425 @@
+#include <drivers/warnings.hpp>
+
+#include <core/initial_gas.hpp>
+#include <core/method_apic.hpp>
+#include <core/method_conservative.hpp>
+#include <core/method_paper.hpp>
+#include <core/scene.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace Machpoint
+{
+
+namespace
+{
+
+constexpr Real infinity = std::numeric_limits<Real>::infinity();
+constexpr int most_samples = 250000;
+//! Pressure behind a wave over that ahead of it which makes it a shock.
+constexpr Real least_shock = 1.1;
+//! Speed, in sound speeds, past which the flow about most bodies has shocks.
+constexpr Real critical_mach = 0.7;
+//! Differences of a uniform gas, relative: what a few operations round.
+constexpr Real same = 1e-12;
+
+//! The start of a scene, sampled.
+template <int Dim>
+class Survey
+{
+  public:
+    explicit Survey( const Json& input )
+        : _input( input ), _initial( input ), _law( gasLaw( input ) ),
+          _grid( sampleGrid( input ) )
+    {
+        for ( const auto& entry : input.at( "boundary" ) )
+            if ( entry.at( "type" ) == "obstacle" )
+                _bodies.push_back(
+                    makeShape<Dim, Kokkos::HostSpace>( entry.at( "shape" ) ) );
+    }
+
+    FlowFacts facts()
+    {
+        FlowFacts facts;
+        facts.input = _input;
+        facts.effects = static_cast<int>( _input.at( "physics" ).size() ) - 1;
+        for ( int d = 0; d < Dim; ++d )
+            facts.extent[d] = _grid.upper[d] - _grid.lower[d];
+        sample();
+        facts.least_speed = _least_speed;
+        facts.is_undisturbed =
+            _first && _is_uniform && !sidesDisturb() && !isNoisy();
+        facts.shock = findShock();
+        const auto& method = _input.at( "method" );
+        const auto name = method.at( "name" ).get<std::string>();
+        facts.shocks_need_viscosity =
+            name == Paper::name  ? Paper::shocks_need_viscosity
+            : name == Apic::name ? Apic::shocks_need_viscosity
+                                 : Conservative::shocks_need_viscosity;
+        facts.waves_grow =
+            name == Conservative::name && method.at( "time" ) == "symplectic";
+        return facts;
+    }
+
+  private:
+    static Grid<Dim> sampleGrid( const Json& input )
+    {
+        const auto grid = makeGrid<Dim>( input );
+        auto cells = grid.cells;
+        const int most =
+            static_cast<int>( std::pow( most_samples, 1.0 / Dim ) );
+        for ( int d = 0; d < Dim; ++d )
+            cells[d] = std::min( cells[d], most );
+        return Grid<Dim>( grid.lower, grid.upper, cells );
+    }
+
+    bool isInBody( const Vector<Dim>& x ) const
+    {
+        return std::any_of( _bodies.begin(), _bodies.end(),
+                            [&]( const auto& body )
+                            { return body.distance( x ) < 0; } );
+    }
+
+    //! The gas at a place; of zero density in a body.
+    GasState gasAt( const Vector<Dim>& x ) const
+    {
+        if ( isInBody( x ) )
+            return {};
+        Gradient gradient;
+        return _initial.at( x, gradient );
+    }
+
+    Vector<Dim> center( const Indices<Dim>& i ) const
+    {
+        Vector<Dim> x{};
+        for ( int d = 0; d < Dim; ++d )
+            x[d] = _grid.lower[d] + ( i[d] + 0.5 ) * _grid.spacing[d];
+        return x;
+    }
+
+    int samples() const
+    {
+        int count = 1;
+        for ( int d = 0; d < Dim; ++d )
+            count *= _grid.cells[d];
+        return count;
+    }
+
+    //! Calls f( indices, flat index ) for each sample, x fastest.
+    template <class Function>
+    void forEachSample( const Function& f ) const
+    {
+        for ( int flat = 0; flat < samples(); ++flat )
+        {
+            Indices<Dim> i{};
+            int rest = flat;
+            for ( int d = 0; d < Dim; ++d )
+            {
+                i[d] = rest % _grid.cells[d];
+                rest /= _grid.cells[d];
+            }
+            f( i, flat );
+        }
+    }
+
+    Real soundSpeed( const GasState& gas ) const
+    {
+        return std::sqrt( _law.gamma * ( gas.pressure + _law.pressure_offset ) /
+                          gas.density );
+    }
+    static Real speed( const GasState& gas )
+    {
+        return std::sqrt( dot<3>( gas.velocity, gas.velocity ) );
+    }
+
+    bool areSame( const GasState& a, const GasState& b ) const
+    {
+        Real difference = 0;
+        for ( int d = 0; d < 3; ++d )
+            difference += std::abs( a.velocity[d] - b.velocity[d] );
+        return std::abs( a.density - b.density ) <= same * a.density &&
+               std::abs( a.pressure - b.pressure ) <= same * a.pressure &&
+               difference <= same * ( speed( a ) + soundSpeed( a ) );
+    }
+
+    //! Asks for the gas everywhere.
+    void sample()
+    {
+        _gas.resize( samples() );
+        forEachSample(
+            [&]( const Indices<Dim>& i, const int flat )
+            {
+                const auto x = center( i );
+                const auto gas = gasAt( x );
+                _gas[flat] = gas;
+                if ( gas.density > 0 )
+                {
+                    _least_speed = std::min( _least_speed,
+                                             speed( gas ) + soundSpeed( gas ) );
+                    if ( !_first )
+                        _first = gas;
+                    _is_uniform = _is_uniform && areSame( *_first, gas );
+                }
+                else if ( !isInBody( x ) )
+                    _is_uniform = false; // it will flow there
+            } );
+    }
+
+    //! Would sides or bodies disturb the gas, were it uniform?
+    bool sidesDisturb() const
+    {
+        const Real still = same * ( speed( *_first ) + soundSpeed( *_first ) );
+        for ( const auto& entry : _input.at( "boundary" ) )
+        {
+            const auto type = entry.at( "type" ).get<std::string>();
+            bool disturbs = true; // also what is not known here
+            if ( type == "periodic" || type == "outflow" )
+                disturbs = false;
+            else if ( type == "slip_wall" )
+                disturbs =
+                    std::abs(
+                        _first
+                            ->velocity[sideNumber( entry.at( "side" ) ) / 2] ) >
+                    still;
+            else if ( type == "no_slip_wall" || type == "obstacle" )
+                disturbs = speed( *_first ) > still;
+            else if ( type == "inflow" || type == "recycle" )
+                disturbs = !areSame( *_first, toGasState( entry ) );
+            if ( disturbs )
+                return true;
+        }
+        return false;
+    }
+
+    //! Does a uniform gas not stay so, because its particles lie at random?
+    bool isNoisy() const
+    {
+        return _input.at( "method" ).at( "name" ) != Conservative::name &&
+               _input.at( "particles" ).at( "placement" ) != "lattice";
+    }
+
+    /*!
+      \brief Pressure behind over that ahead of the strongest wave of two gases
+      that meet, < 1 where none is a shock.
+      \param axis along which b lies behind a
+    */
+    Real strongest( GasState a, GasState b, const int axis ) const
+    {
+        if ( a.density <= 0 || b.density <= 0 )
+            return 0; // it flows into a vacuum
+        std::swap( a.velocity[0], a.velocity[axis] );
+        std::swap( b.velocity[0], b.velocity[axis] );
+        // Weak ones, without the work.
+        const Real before = a.pressure + _law.pressure_offset;
+        const Real behind = b.pressure + _law.pressure_offset;
+        if ( std::abs( before - behind ) < 0.02 * std::min( before, behind ) &&
+             a.velocity[0] - b.velocity[0] <
+                 0.02 * std::min( soundSpeed( a ), soundSpeed( b ) ) )
+            return 0;
+        const RiemannSolution waves( a, b, _law.gamma, _law.pressure_offset );
+        return ( waves.starPressure() + _law.pressure_offset ) /
+               std::min( before, behind );
+    }
+
+    //! The same of what lies between two places. Where the gas is smooth, a
+    //! sixteenth of the way shows no more than a sixteenth of the difference.
+    Real strongestBetween( Vector<Dim> a, Vector<Dim> b, const int axis ) const
+    {
+        Real strength = strongest( gasAt( a ), gasAt( b ), axis );
+        for ( int halving = 0; halving < 4 && strength > least_shock;
+              ++halving )
+        {
+            auto middle = a;
+            middle[axis] = 0.5 * ( a[axis] + b[axis] );
+            const Real before = strongest( gasAt( a ), gasAt( middle ), axis );
+            const Real behind = strongest( gasAt( middle ), gasAt( b ), axis );
+            ( before < behind ? a : b ) = middle;
+            strength = std::max( before, behind );
+        }
+        return strength;
+    }
+
+    static GasState mirrored( GasState gas, const Vector<3>& normal )
+    {
+        const Real along = dot<3>( gas.velocity, normal );
+        for ( int d = 0; d < 3; ++d )
+            gas.velocity[d] -= 2 * along * normal[d];
+        return gas;
+    }
+
+    std::string tell( const Vector<Dim>& x, const std::string& what,
+                      const Real strength ) const
+    {
+        std::vector<std::string> numbers;
+        for ( int d = 0; d < Dim; ++d )
+            numbers.push_back( fmt::format( "{:.3g}", x[d] ) );
+        return fmt::format( "{} near ({}) sends off a shock, {:.3g} times the "
+                            "pressure",
+                            what, fmt::join( numbers, ", " ), strength );
+    }
+
+    //! The first shock that is found, in words.
+    std::string findShock() const
+    {
+        std::string found;
+        forEachSample(
+            [&]( const Indices<Dim>& i, const int flat )
+            {
+                if ( !found.empty() || _gas[flat].density <= 0 )
+                    return;
+                const auto x = center( i );
+                int stride = 1;
+                for ( int d = 0; d < Dim && found.empty(); ++d )
+                {
+                    found = shockBeyond( i, flat, stride, d );
+                    stride *= _grid.cells[d];
+                }
+                if ( found.empty() )
+                    found = shockOfBody( x, _gas[flat] );
+            } );
+        return found;
+    }
+
+    //! Between a sample and the next one along an axis, or at a side.
+    std::string shockBeyond( const Indices<Dim>& i, const int flat,
+                             const int stride, const int axis ) const
+    {
+        const auto x = center( i );
+        if ( i[axis] + 1 < _grid.cells[axis] &&
+             strongest( _gas[flat], _gas[flat + stride], axis ) > least_shock )
+        {
+            auto y = x;
+            y[axis] += _grid.spacing[axis];
+            const Real strength = strongestBetween( x, y, axis );
+            if ( strength > least_shock )
+                return tell( x, "the gas", strength );
+        }
+        for ( const bool upper : { false, true } )
+            if ( i[axis] == ( upper ? _grid.cells[axis] - 1 : 0 ) )
+            {
+                const auto beyond =
+                    gasBeyond( 2 * axis + ( upper ? 1 : 0 ), x, _gas[flat] );
+                const Real strength =
+                    upper ? strongest( _gas[flat], beyond, axis )
+                          : strongest( beyond, _gas[flat], axis );
+                if ( strength > least_shock )
+                    return tell(
+                        x,
+                        fmt::format( "the side {}",
+                                     sideNames( Dim )[2 * axis + upper] ),
+                        strength );
+            }
+        return "";
+    }
+
+    //! What a side shows to the gas at it. \param x of the sample there
+    GasState gasBeyond( const int side, Vector<Dim> x,
+                        const GasState& gas ) const
+    {
+        const int axis = side / 2;
+        x[axis] = side % 2 ? _grid.upper[axis] : _grid.lower[axis];
+        Vector<3> normal{};
+        normal[axis] = 1;
+        for ( const auto& entry : _input.at( "boundary" ) )
+        {
+            if ( !entry.contains( "side" ) )
+                continue;
+            const auto type = entry.at( "type" ).get<std::string>();
+            const int taken = sideNumber( entry.at( "side" ) );
+            if ( taken != side &&
+                 !( type == "recycle" && taken == ( side ^ 1 ) ) )
+                continue;
+            if ( entry.contains( "region" ) &&
+                 makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) )
+                         .distance( x ) >= 0 )
+                continue;
+            if ( type == "slip_wall" || type == "no_slip_wall" )
+                return mirrored( gas, normal );
+            if ( type == "inflow" || ( type == "recycle" && taken != side ) )
+                return toGasState( entry );
+        }
+        return gas;
+    }
+
+    //! Of fast gas that meets a body within a cell.
+    std::string shockOfBody( const Vector<Dim>& x, const GasState& gas ) const
+    {
+        if ( speed( gas ) < critical_mach * soundSpeed( gas ) )
+            return "";
+        for ( const auto& body : _bodies )
+        {
+            const auto nearest = body.nearest( x );
+            if ( nearest.distance > _grid.minSpacing() )
+                continue;
+            // Along the normal, as axis 0, the gas meets its mirror image.
+            Vector<3> normal{};
+            for ( int d = 0; d < Dim; ++d )
+                normal[d] = nearest.normal[d];
+            auto turned = gas;
+            turned.velocity = { -dot<3>( gas.velocity, normal ), 0, 0 };
+            const Real strength =
+                strongest( turned, mirrored( turned, { 1, 0, 0 } ), 0 );
+            if ( strength > least_shock )
+                return tell( x, "the gas that meets the body", strength );
+        }
+        return "";
+    }
+
+    const Json& _input;
+    InitialGas<Dim> _initial;
+    GasLaw _law;
+    Grid<Dim> _grid;
+    std::vector<Shape<Dim, Kokkos::HostSpace>> _bodies;
+    std::vector<GasState> _gas;
+    std::optional<GasState> _first;
+    Real _least_speed = infinity;
+    bool _is_uniform = true;
+};
+
+} // namespace
+
+FlowFacts surveyInput( const Json& input )
+{
+    switch ( input.at( "dimension" ).get<int>() )
+    {
+    case 1:
+        return Survey<1>( input ).facts();
+    case 2:
+        return Survey<2>( input ).facts();
+    default:
+        return Survey<3>( input ).facts();
+    }
+}
+
+std::vector<std::string> findWarnings( const Json& input )
+{
+    const auto facts = surveyInput( input );
+    std::vector<std::string> warnings;
+    for ( const auto& factory : physicsModules<3>() )
+    {
+        if ( !factory.remark )
+            continue;
+        const auto& physics = input.at( "physics" );
+        std::string place = "/physics";
+        const Json* entry = nullptr;
+        for ( std::size_t k = 0; k < physics.size(); ++k )
+            if ( physics[k].at( "type" ) == factory.name )
+            {
+                entry = &physics[k];
+                place = fmt::format( "/physics/{}", k );
+            }
+        const auto remark = factory.remark( entry, facts );
+        if ( !remark.empty() )
+            warnings.push_back( fmt::format( "{}: {}", place, remark ) );
+    }
+    return warnings;
+}
+
+} // namespace Machpoint
