@@ -182,8 +182,8 @@ def effects(study):
         if entry["own"]:
             time.barh(place, share * entry["own"]["seconds"], 0.3, color="C1")
         memory.barh(place, entry["price"]["array_bytes"] / 1024, 0.7, color="C0")
-    spread = share * (max(whole[study.rounds]) - min(whole[study.rounds]))
-    time.axvspan(-spread, spread, color="0.85", zorder=0)
+    noise = share * study.json["time_noise"]
+    time.axvspan(-noise, noise, color="0.85", zorder=0)
     time.set_xlabel(f"% of the run's {number(whole['seconds'])} s")
     memory.set_xlabel(f"KiB of {whole['array_bytes'] / 1024:.0f} KiB of arrays")
     for axis in (time, memory):
@@ -191,7 +191,7 @@ def effects(study):
     time.legend(handles=[
         matplotlib.patches.Patch(color="C0", label="less without it"),
         matplotlib.patches.Patch(color="C1", label="its own passes"),
-        matplotlib.patches.Patch(color="0.85", label="spread of the rounds")],
+        matplotlib.patches.Patch(color="0.85", label="noise")],
         fontsize=7)
 
     height = 0.8 / len(changes)
@@ -341,8 +341,8 @@ def report(study, pictures):
     parts = [
         f"<h1>{title}</h1>",
         f"<p>Scene {html.escape(data['scene'])}, {data['dimension']}D, "
-        f"{html.escape(data['error'])}; each run is the median of {data['repeats']} by the "
-        f"{data['clock']} clock. "
+        f"{html.escape(data['error'])}; each run is the {'least' if study.is_of_effects else 'median'} of "
+        f"{data['repeats']} by the {data['clock']} clock. "
         f"{html.escape(data['machine']['processor'])}, {data['machine']['cores']} cores; "
         f"revision {html.escape(study.revisions())}.</p>",
         *(f"<figure>{picture}</figure>" for picture in pictures),
