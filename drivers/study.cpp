@@ -270,13 +270,18 @@ class Laboratory
         return true;
     }
 
-    //! The middle of the rounds, by the clock that counts.
+    //! The middle of the rounds, by the clock that counts. Of effects the
+    //! least: their price is a difference, and what disturbs a run only adds to
+    //! it.
     void setSeconds( Json& record ) const
     {
         const auto& rounds = record.at(
             _study.clock == Clock::wall ? "wall_rounds" : "cpu_rounds" );
         if ( !rounds.empty() )
-            record["seconds"] = median( rounds );
+            record["seconds"] =
+                _study.kind == StudyKind::effects
+                    ? *std::min_element( rounds.begin(), rounds.end() )
+                    : Json( median( rounds ) );
     }
 
     //! \return false when interrupted

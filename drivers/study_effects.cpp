@@ -73,14 +73,14 @@ Json price( const Json& whole, const Json& without )
     return price;
 }
 
-//! Kernels, seconds and bytes of passes that serve an effect alone; null if it
-//! has none.
+//! Of passes that serve an effect alone; null if it has none.
 Json ownCost( const Json& record, const std::string& effect )
 {
     for ( const auto& entry : record.at( "effects" ) )
         if ( entry.at( "name" ) == effect )
             return { { "kernels", entry.at( "kernels" ) },
-                     { "seconds", entry.at( "seconds" ) },
+                     { "seconds", entry.at( "share" ).get<Real>() *
+                                      record.at( "seconds" ).get<Real>() },
                      { "bytes", entry.at( "bytes" ) } };
     return nullptr;
 }
@@ -132,14 +132,17 @@ std::string formatEntry( const Study& study, const Json& entry,
                          const StudyRow& whole, const StudyRow& row )
 {
     const Real steps = whole.record.at( "steps" );
+    const Real whole_seconds = whole.record.at( "seconds" );
     std::string kernels = "-", seconds = "-";
     if ( const auto& own = entry.at( "own" ); !own.is_null() )
     {
         kernels =
             fmt::format( "{:.3g}", own.at( "kernels" ).get<Real>() / steps );
-        seconds = fmt::format( "{:.3f} s", own.at( "seconds" ).get<Real>() );
+        const Real time = own.at( "seconds" );
+        seconds = fmt::format( "{:.3f} s {:>6.1f} %", time,
+                               100 * time / whole_seconds );
     }
-    auto text = fmt::format( "  {:<22}{:>8}{:>10}",
+    auto text = fmt::format( "  {:<22}{:>8}{:>19}",
                              entry.at( "effect" ).get<std::string>(), kernels,
                              seconds );
     if ( row.isFailed() )
@@ -154,9 +157,7 @@ std::string formatEntry( const Study& study, const Json& entry,
         fmt::format( "{:+.1f}",
                      kernelsPerStep( row ) - kernelsPerStep( whole ) ),
         fmt::format( "{:+.3f} s", more( "seconds" ) ),
-        fmt::format( "{:+.1f} %",
-                     100 * more( "seconds" ) /
-                         whole.record.at( "seconds" ).get<Real>() ),
+        fmt::format( "{:+.1f} %", 100 * more( "seconds" ) / whole_seconds ),
         signedBytes( more( "array_bytes" ) ),
         fmt::format( "{:+.0f}", more( "steps" ) ) );
     for ( const auto& name : resultNames( study ) )
@@ -210,14 +211,15 @@ void addRound( Json& effects, const Json& summary )
         if ( entry == effects.end() )
         {
             effects.push_back( { { "name", measured.at( "name" ) },
-                                 { "rounds", Json::array() } } );
+                                 { "shares", Json::array() } } );
             entry = effects.end() - 1;
         }
         auto& known = *entry;
         known["kernels"] = measured.at( "kernels" );
         known["bytes"] = measured.at( "bytes" );
-        known["rounds"].push_back( measured.at( "seconds" ) );
-        known["seconds"] = median( known.at( "rounds" ) );
+        known["shares"].push_back( measured.at( "seconds" ).get<Real>() /
+                                   summary.at( "wall_seconds" ).get<Real>() );
+        known["share"] = median( known.at( "shares" ) );
     }
 }
 
@@ -247,27 +249,36 @@ Json effectsTable( const Study& study, const std::vector<StudyRow>& rows )
     return table;
 }
 
+Real timeNoise( const Study& study, const std::vector<StudyRow>& rows )
+{
+    Real noise = 0;
+    for ( const auto& row : rows )
+    {
+        std::vector<Real> rounds = row.record.at(
+            study.clock == Clock::wall ? "wall_rounds" : "cpu_rounds" );
+        std::sort( rounds.begin(), rounds.end() );
+        if ( rounds.size() > 1 )
+            noise = std::max( noise, rounds[1] - rounds[0] );
+    }
+    return noise;
+}
+
 std::string formatEffects( const Study& study,
                            const std::vector<StudyRow>& rows )
 {
     const auto& whole = rows.front();
     auto text = fmt::format(
-        "\n{}: what effects cost, {} time, median of {} run(s) each\n",
+        "\n{}: what effects cost, {} time, least of {} run(s) each\n",
         study.name, study.clock == Clock::wall ? "wall" : "processor",
         study.repeats );
     if ( !whole.isFinished() )
         return fmt::format( "{}{}  {}\n", text, formatRow( whole, "" ),
                             whole.run.line );
     const auto& record = whole.record;
-    const std::vector<Real> rounds =
-        record.at( study.clock == Clock::wall ? "wall_rounds" : "cpu_rounds" );
-    const auto [least, most] =
-        std::minmax_element( rounds.begin(), rounds.end() );
     const Real error = whole.error( study.error );
     text += fmt::format(
         "as it is: {} cells, {} steps, {:.3g} kernels a step, {}, {:.3g} MiB "
-        "of "
-        "arrays{}\n\n",
+        "of arrays{}\n\n",
         formatCells( whole.run.cells() ),
         record.at( "steps" ).get<std::int64_t>(), kernelsPerStep( whole ),
         formatSeconds( record.at( "seconds" ) ),
@@ -275,10 +286,10 @@ std::string formatEffects( const Study& study,
         std::isnan( error )
             ? ""
             : fmt::format( ", {} {:.3e}", study.error, error ) );
-    text += fmt::format( "  {:<22}{:>18}{:>47}   its result changes by\n", "",
+    text += fmt::format( "  {:<22}{:>27}{:>47}   its result changes by\n", "",
                          "its own passes", "without it the run takes" );
     text +=
-        fmt::format( "  {:<22}{:>8}{:>10}{:>9}{:>20}{:>11}{:>7}", "left out",
+        fmt::format( "  {:<22}{:>8}{:>19}{:>9}{:>20}{:>11}{:>7}", "left out",
                      "kernels", "time", "kernels", "time", "bytes", "steps" );
     for ( const auto& name : resultNames( study ) )
         text += fmt::format( "   {}", heading( name ) );
@@ -292,10 +303,10 @@ std::string formatEffects( const Study& study,
     if ( isFieldError( study.error ) )
         text += fmt::format( "; {}: without it", study.error );
     text += ".\n";
-    if ( rounds.size() > 1 )
-        text += fmt::format( "  Rounds as it is lie within {}: smaller "
-                             "differences of time are noise.\n",
-                             formatSeconds( *most - *least ) );
+    if ( const Real noise = timeNoise( study, rows ); noise > 0 )
+        text += fmt::format( "  The two fastest rounds of a run differ by up "
+                             "to {:.3f} s: smaller differences are noise.\n",
+                             noise );
     return text;
 }
 

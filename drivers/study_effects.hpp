@@ -40,8 +40,8 @@ std::string lineWithout( const std::string& effect );
 
 /*!
   \brief Adds what the effects of a run took to those of its former rounds.
-  \param effects of a row: name, kernels, bytes, rounds (seconds of each), and
-  seconds, their median \param summary of the run
+  \param effects of a row: name, kernels, bytes, shares (of each round's wall
+  seconds), and share, their median \param summary of the run
 */
 void addRound( Json& effects, const Json& summary );
 
@@ -51,7 +51,11 @@ void addRound( Json& effects, const Json& summary );
 */
 Json effectsTable( const Study& study, const std::vector<StudyRow>& rows );
 
-//! The same for a terminal.
+//! What differences of time cannot be told from: the most by which the two
+//! fastest rounds of a run differ; 0 where there is one round.
+Real timeNoise( const Study& study, const std::vector<StudyRow>& rows );
+
+//! Both for a terminal.
 std::string formatEffects( const Study& study,
                            const std::vector<StudyRow>& rows );
 

@@ -79,7 +79,8 @@ Parameters studyParameters()
                "what the error is measured against; by default the exact "
                "solution; only of accuracy" )
         .defaultsTo( Json::object( { { "type", "exact" } } ) );
-    all.integer( "repeats", "how often each run is timed; the median counts" )
+    all.integer( "repeats", "how often each run is timed; the median "
+                            "counts, of effects the least" )
         .atLeast( 1 )
         .atMost( 100 )
         .defaultsTo( 3 );

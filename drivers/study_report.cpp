@@ -179,7 +179,10 @@ Json makeStudyJson( const Study& study, const std::vector<StudyRow>& rows,
     json["laws"] =
         of_effects ? Json::array() : lawsJson( makeLines( rows, study.error ) );
     if ( of_effects )
+    {
         json["effects"] = effectsTable( study, rows );
+        json["time_noise"] = timeNoise( study, rows );
+    }
     json["proofs"] = proofs;
     json["input"] = study.scene;
     return json;

@@ -184,16 +184,16 @@ def effects(study):
         if entry["own"]:
             time.barh(place, share * entry["own"]["seconds"], 0.3, color="C1")
         memory.barh(place, entry["price"]["array_bytes"] / 1024, 0.7, color="C0")
-    spread = share * (max(whole[study.rounds]) - min(whole[study.rounds]))
-    time.axvspan(-spread, spread, color="0.85", zorder=0)
+    noise = share * study.json["time_noise"]
+    time.axvspan(-noise, noise, color="0.85", zorder=0)
     time.set_xlabel(f"% of the run's {number(whole['seconds'])} s")
-    memory.set_xlabel(f"KiB of {number(whole['array_bytes'] / 1024)} KiB of arrays")
+    memory.set_xlabel(f"KiB of {whole['array_bytes'] / 1024:.0f} KiB of arrays")
     for axis in (time, memory):
         axis.axvline(0, color="black", lw=0.6)
     time.legend(handles=[
         matplotlib.patches.Patch(color="C0", label="less without it"),
         matplotlib.patches.Patch(color="C1", label="its own passes"),
-        matplotlib.patches.Patch(color="0.85", label="spread of the rounds")],
+        matplotlib.patches.Patch(color="0.85", label="noise")],
         fontsize=7)
 
     height = 0.8 / len(changes)
@@ -210,6 +210,7 @@ def effects(study):
                      0.7, color="C0", label="without it")
         axes[3].axvline(study.error_of(whole), color="black", label="as it is")
         axes[3].set_xlabel(f"{study.error} against the exact solution")
+        axes[3].set_xscale("log")
         axes[3].legend(fontsize=7)
     for axis in axes:
         axis.grid(axis="x", alpha=0.25)
@@ -294,7 +295,7 @@ def effects_parts(study):
         "<h2>Effects</h2>"
         f"<p>As it is: {' x '.join(map(str, whole['cells']))} cells, {whole['steps']} "
         f"steps, {number(whole['kernels'] / whole['steps'])} kernels a step, "
-        f"{number(whole['seconds'])} s, {number(whole['array_bytes'] / 1024)} KiB of "
+        f"{number(whole['seconds'])} s, {whole['array_bytes'] / 1024:.0f} KiB of "
         f"arrays{f', {html.escape(study.error)} {error:.3e}' if error else ''}.</p>"
         "<p>Its own: the passes that serve an effect alone (-: it works within other "
         "kernels). Less: what the run takes less without it. Then the result without "
@@ -315,8 +316,8 @@ def report(study, pictures):
     parts = [
         f"<h1>{title}</h1>",
         f"<p>Scene {html.escape(data['scene'])}, {data['dimension']}D, "
-        f"{html.escape(data['error'])}; each run is the median of {data['repeats']} by the "
-        f"{data['clock']} clock. "
+        f"{html.escape(data['error'])}; each run is the {'least' if study.is_of_effects else 'median'} of "
+        f"{data['repeats']} by the {data['clock']} clock. "
         f"{html.escape(data['machine']['processor'])}, {data['machine']['cores']} cores; "
         f"revision {html.escape(study.revisions())}.</p>",
         *(f"<figure>{picture}</figure>" for picture in pictures),

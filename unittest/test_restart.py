@@ -52,7 +52,8 @@ SCENE = {
 }
 # Keys of a summary that tell of time, or of this process alone.
 TIMINGS = {"wall_seconds", "particle_updates_per_second", "peak_memory_bytes",
-           "effects", "phases", "communication"}
+           "peak_array_bytes", "kernels", "effects", "phases",
+           "communication"}
 
 
 def start(*arguments):
