@@ -1,5 +1,7 @@
 #include <drivers/study_error.hpp>
 
+#include <drivers/grid_fields.hpp>
+
 #include <core/file.hpp>
 #include <core/hdf5_file.hpp>
 #include <core/types.hpp>
@@ -7,8 +9,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <fstream>
 #include <sstream>
 #include <vector>
@@ -96,132 +96,38 @@ Json seriesMeans( const fs::path& folder )
 namespace
 {
 
-//! The last grid output of a run, to be asked at any place.
-class GridFields
+//! The last grid output of a run.
+GridFields lastGrid( const fs::path& folder )
 {
-  public:
-    explicit GridFields( const fs::path& folder )
-    {
-        const auto files = filesOf( folder / "grid", ".h5" );
-        if ( files.empty() )
-            throw IoError( ( folder / "grid" ).string() +
-                           ": holds no output; run the study anew" );
-        const Hdf5Reader reader( files.back() );
-        _lower = reader.attribute<Real>( "lower" );
-        _spacing = reader.attribute<Real>( "spacing" );
-        _shape = reader.shape( "density" );
-        std::reverse( _shape.begin(), _shape.end() ); // x first
-        for ( const auto* name :
-              { "density", "pressure", "specific_internal_energy" } )
-            _fields.push_back( reader.read<Real>( name ) );
-        const auto velocity = reader.read<Real>( "velocity" );
-        const std::size_t dim = _shape.size();
-        const std::size_t nodes = velocity.size() / dim;
-        for ( std::size_t d = 0; d < dim; ++d )
-        {
-            auto& component = _fields.emplace_back( nodes );
-            for ( std::size_t i = 0; i < nodes; ++i )
-                component[i] = velocity[i * dim + d];
-        }
-    }
-
-    //! Density, pressure, energy, velocity; empty where a node has no gas.
-    std::vector<Real> at( const std::array<Real, 3>& x ) const
-    {
-        const std::size_t dim = _shape.size();
-        std::array<std::size_t, 3> first{};
-        std::array<Real, 3> part{};
-        for ( std::size_t d = 0; d < dim; ++d )
-        {
-            // Beyond the outermost nodes their value holds.
-            const Real last = static_cast<Real>( _shape[d] - 1 );
-            const Real place =
-                std::clamp( ( x[d] - _lower[d] ) / _spacing[d], 0.0, last );
-            first[d] = std::min( static_cast<std::size_t>( place ),
-                                 _shape[d] - ( _shape[d] > 1 ? 2 : 1 ) );
-            part[d] = place - static_cast<Real>( first[d] );
-        }
-        std::vector<Real> values( _fields.size(), 0.0 );
-        for ( std::size_t corner = 0; corner < ( 1u << dim ); ++corner )
-        {
-            Real weight = 1;
-            std::size_t node = 0;
-            for ( std::size_t d = dim; d-- > 0; )
-            {
-                const std::size_t upper = ( corner >> d ) & 1;
-                weight *= upper ? part[d] : 1 - part[d];
-                node = node * _shape[d] + first[d] + upper;
-            }
-            if ( weight == 0 )
-                continue;
-            if ( _fields[0][node] <= 0 )
-                return {};
-            for ( std::size_t f = 0; f < values.size(); ++f )
-                values[f] += weight * _fields[f][node];
-        }
-        return values;
-    }
-
-  private:
-    std::vector<Real> _lower, _spacing;
-    std::vector<std::size_t> _shape;
-    std::vector<std::vector<Real>> _fields; // [fields][nodes]
-};
+    const auto files = filesOf( folder / "grid", ".h5" );
+    if ( files.empty() )
+        throw IoError( ( folder / "grid" ).string() +
+                       ": holds no output; run the study anew" );
+    const Hdf5Reader reader( files.back() );
+    GridData data;
+    data.lower = reader.attribute<Real>( "lower" );
+    data.spacing = reader.attribute<Real>( "spacing" );
+    data.shape = reader.shape( "density" );
+    data.density = reader.read<Real>( "density" );
+    data.pressure = reader.read<Real>( "pressure" );
+    data.specific_internal_energy =
+        reader.read<Real>( "specific_internal_energy" );
+    data.velocity = reader.read<Real>( "velocity" );
+    return GridFields( data );
+}
 
 } // namespace
 
 Json gridErrors( const fs::path& folder, const fs::path& finer,
                  const Json& input )
 {
-    const GridFields coarse( folder ), fine( finer );
-    const auto& grid = input.at( "grid" );
-    const std::vector<std::int64_t> cells = grid.at( "cells" );
-    const std::vector<Real> lower = grid.at( "lower" );
-    const std::vector<Real> upper = grid.at( "upper" );
-    std::int64_t count = 1;
-    Real volume = 1; // of a cell
-    for ( std::size_t d = 0; d < cells.size(); ++d )
-    {
-        count *= cells[d];
-        volume *= ( upper[d] - lower[d] ) / static_cast<Real>( cells[d] );
-    }
-
-    constexpr std::array names = { "density", "pressure",
-                                   "specific_internal_energy", "velocity" };
-    std::array<Real, 4> sum{}, square{}, largest{};
-    for ( std::int64_t cell = 0; cell < count; ++cell )
-    {
-        std::array<Real, 3> x{};
-        auto rest = cell;
-        for ( std::size_t d = 0; d < cells.size(); ++d )
-        {
-            x[d] =
-                lower[d] + ( upper[d] - lower[d] ) *
-                               ( static_cast<Real>( rest % cells[d] ) + .5 ) /
-                               static_cast<Real>( cells[d] );
-            rest /= cells[d];
-        }
-        const auto a = coarse.at( x ), b = fine.at( x );
-        if ( a.empty() || b.empty() )
-            continue;
-        std::array<Real, 4> difference{};
-        for ( std::size_t f = 0; f < 3; ++f )
-            difference[f] = std::abs( a[f] - b[f] );
-        for ( std::size_t f = 3; f < a.size(); ++f )
-            difference[3] = std::hypot( difference[3], a[f] - b[f] );
-        for ( std::size_t f = 0; f < 4; ++f )
-        {
-            sum[f] += volume * difference[f];
-            square[f] += volume * difference[f] * difference[f];
-            largest[f] = std::max( largest[f], difference[f] );
-        }
-    }
     Json errors = Json::object();
-    for ( std::size_t f = 0; f < 4; ++f )
+    for ( const auto& [error, size] :
+          fieldDifferences( lastGrid( folder ), lastGrid( finer ), input ) )
     {
-        errors[fmt::format( "{}.L1", names[f] )] = sum[f];
-        errors[fmt::format( "{}.L2", names[f] )] = std::sqrt( square[f] );
-        errors[fmt::format( "{}.Linf", names[f] )] = largest[f];
+        errors[fmt::format( "{}.L1", error.field )] = error.L1;
+        errors[fmt::format( "{}.L2", error.field )] = error.L2;
+        errors[fmt::format( "{}.Linf", error.field )] = error.Linf;
     }
     return errors;
 }

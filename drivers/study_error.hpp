@@ -27,9 +27,7 @@ Json seriesMeans( const std::filesystem::path& folder );
   \brief Differences of the last grid outputs of two runs of one scene, as
   `field.norm` -> number.
 
-  Both are interpolated linearly to the centres of the first one's cells, and
-  integrated over the domain; cells in which one of them has no gas are left
-  out.
+  At the centres of the first one's cells: see fieldDifferences.
   \param folder, finer of runs \param input resolved, of the first
   \throws IoError
 */
