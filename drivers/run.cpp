@@ -1,5 +1,6 @@
 #include <drivers/run.hpp>
 
+#include <drivers/output_times.hpp>
 #include <drivers/requests.hpp>
 
 #include <core/checkpoint.hpp>
@@ -16,8 +17,6 @@
 
 #include <unistd.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -205,18 +204,6 @@ FormerRun formerRun( const std::optional<Checkpoint>& restart,
     return overwrite ? FormerRun::replace : FormerRun::refuse;
 }
 
-//! Number of the next output: the first whose time is yet to come. Times are
-//! counted, not summed, so that none drifts.
-std::int64_t nextOutput( const Real time, const Real every )
-{
-    auto number =
-        std::max( std::int64_t( 1 ),
-                  static_cast<std::int64_t>( std::floor( time / every ) ) - 1 );
-    while ( every * static_cast<Real>( number ) <= time )
-        ++number;
-    return number;
-}
-
 //! Reads a checkpoint. \param checkpoint visits an archive
 template <class Visitor>
 void resume( Checkpoint& restart, const Visitor& checkpoint )
@@ -250,7 +237,6 @@ ExitCode run( const Json& input, const RunOptions& options )
     const auto& output = input.at( "output" );
     const bool writes_particles = output.at( "particles" );
     const bool writes_grid = output.at( "grid" );
-    const Real every = output.value( "every", end );
     const fs::path folder =
         options.output.empty() ? "out/" + scene : options.output;
     const auto checkpoints = folder / "checkpoints";
@@ -343,21 +329,19 @@ ExitCode run( const Json& input, const RunOptions& options )
     };
     Traffic::start();
     requests.start( simulation->time() );
-    std::int64_t outputs = nextOutput( simulation->time(), every );
+    OutputTimes outputs( input, simulation->time() );
     try
     {
         while ( simulation->time() < end &&
                 simulation->steps() < options.max_steps )
         {
-            // A time that rounding puts just before the end is the end.
-            const Real planned = every * static_cast<Real>( outputs );
-            const Real next = planned < end * ( 1 - 1e-12 ) ? planned : end;
+            const Real next = outputs.next();
             simulation->step( next );
             progress.count( simulation->particles() );
             progress.show( *simulation, false );
             if ( simulation->time() >= next )
             {
-                ++outputs;
+                outputs.pass();
                 write();
                 written = simulation->steps();
             }
