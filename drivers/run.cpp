@@ -327,6 +327,7 @@ ExitCode run( const Json& input, const RunOptions& options )
         kept = simulation->steps();
         requests.checkpointed();
     };
+    timer.reset();
     Traffic::start();
     requests.start( simulation->time() );
     OutputTimes outputs( input, simulation->time() );
