@@ -1,5 +1,6 @@
 #include <drivers/run.hpp>
 
+#include <drivers/error_estimate.hpp>
 #include <drivers/output_times.hpp>
 #include <drivers/requests.hpp>
 
@@ -7,6 +8,7 @@
 #include <core/exact.hpp>
 #include <core/hdf5_file.hpp>
 #include <core/output.hpp>
+#include <core/price.hpp>
 #include <core/profile.hpp>
 #include <core/report.hpp>
 #include <core/revision.hpp>
@@ -229,6 +231,8 @@ void resume( Checkpoint& restart, const Visitor& checkpoint )
 ExitCode run( const Json& input, const RunOptions& options )
 {
     const Communicator ranks;
+    if ( options.estimate_error )
+        requireCompanions( input );
     Profile::start();
     Kokkos::Timer timer;
     const auto scene = input.at( "scene" ).get<std::string>();
@@ -244,7 +248,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     std::optional<Checkpoint> restart;
     if ( !options.restart.empty() )
         restart = findCheckpoint( ranks, options.restart, checkpoints, input );
-    const auto simulation = makeSimulation( input );
+    auto simulation = makeSimulation( input );
     const auto exact = makeExact( input );
     const auto former = formerRun( restart, folder, options.overwrite );
     OutputDirectory directory( folder, former, dim,
@@ -390,8 +394,30 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( exact && code != numerical_failure )
         facts.errors = measureErrors( simulation->particleData(), *exact, input,
                                       simulation->time() );
-    const Json summary = makeSummary( *simulation, input, facts );
+    Json summary = makeSummary( *simulation, input, facts );
+    // Also written before companion runs: this run is done, whatever they meet.
     directory.writeSummary( summary.dump( 2 ) + "\n" );
+    if ( options.estimate_error && code == finished )
+    {
+        if ( !options.quiet && ranks.isRoot() )
+            fmt::print( stderr, "machpoint: runs coarser grids to estimate the "
+                                "error\n" );
+        const auto fine = simulation->gridData();
+        const Real time = simulation->time();
+        simulation.reset(); // makes room
+        summary["error_estimate"] =
+            estimateError( input, fine, time,
+                           [&]( const Simulation& companion )
+                           {
+                               const bool stop =
+                                   requests.next( companion ) == Request::stop;
+                               if ( stop )
+                                   requests.finish();
+                               return stop;
+                           } );
+        summary["price"] = makePrice( summary );
+        directory.writeSummary( summary.dump( 2 ) + "\n" );
+    }
     if ( !ranks.isRoot() )
         return code;
     if ( !options.quiet )
@@ -399,7 +425,8 @@ ExitCode run( const Json& input, const RunOptions& options )
     fmt::print( "output: {}\n", directory.path().string() );
     if ( code == stopped_early )
         fmt::print( stderr, "machpoint: stopped by {} after step {}; {}\n",
-                    requests.reason(), simulation->steps(),
+                    requests.reason(),
+                    summary.at( "steps" ).get<std::int64_t>(),
                     can_keep ? "to go on, repeat the command with --restart "
                                "latest"
                              : "there is no checkpoint, because this build "

@@ -1,5 +1,6 @@
 #include <drivers/study_report.hpp>
 
+#include <core/price.hpp>
 #include <core/revision.hpp>
 
 #include <fmt/format.h>
@@ -216,18 +217,6 @@ std::string makeStudyCsv( const Study& study,
         text += fmt::format( "{}\n", fmt::join( fields, "," ) );
     }
     return text;
-}
-
-std::string formatSeconds( const Real seconds )
-{
-    return seconds < 120    ? fmt::format( "{:.3g} s", seconds )
-           : seconds < 7200 ? fmt::format( "{:.3g} min", seconds / 60 )
-                            : fmt::format( "{:.3g} h", seconds / 3600 );
-}
-
-std::string formatCells( const std::vector<std::int64_t>& cells )
-{
-    return fmt::format( "{}", fmt::join( cells, " x " ) );
 }
 
 std::string formatRow( const StudyRow& row, const std::string& error )

@@ -56,7 +56,8 @@ SUMMARY = {
     "particle_updates_per_second": NUMBER, "bytes_per_particle": NUMBER,
     "peak_memory_bytes": int, "errors": dict, "conservation": dict,
     "extrema": dict, "retries": int, "imbalance": dict, "effects": list,
-    "phases": list, "communication": dict, "input": dict, "revision": str
+    "phases": list, "communication": dict, "input": dict, "revision": str,
+    "price": dict
 }
 OR_NONE = (int, float, type(None))
 CONSERVATION = {"mass": NUMBER, "momentum": OR_NONE, "total_energy": OR_NONE}

@@ -52,7 +52,7 @@ SCENE = {
 }
 # Keys of a summary that tell of time, or of this process alone.
 TIMINGS = {"wall_seconds", "particle_updates_per_second", "peak_memory_bytes",
-           "effects", "phases", "communication"}
+           "effects", "phases", "communication", "price"}
 
 
 def start(*arguments):
