@@ -1,4 +1,5 @@
 #include <core/communicator.hpp>
+#include <core/price.hpp>
 #include <core/profile.hpp>
 #include <core/report.hpp>
 #include <core/revision.hpp>
@@ -123,6 +124,13 @@ std::vector<FieldError> measureErrors( const ParticleData& own,
     return errors;
 }
 
+std::int64_t peakMemory()
+{
+    rusage usage{};
+    getrusage( RUSAGE_SELF, &usage );
+    return static_cast<std::int64_t>( usage.ru_maxrss ) * 1024;
+}
+
 namespace
 {
 
@@ -153,17 +161,11 @@ Json conservation( const Simulation& simulation, const RunFacts& facts )
         json["total_energy"] =
             ( now.energy() - before.energy() - ledger.energy_in ) /
             std::abs( before.energy() );
+    json["final_mass"] = now.mass;
     json["mass_in"] = ledger.mass_in;
     json["mass_out"] = ledger.mass_out;
     json["work_on_gas"] = ledger.energy_in;
     return json;
-}
-
-std::int64_t peakMemory()
-{
-    rusage usage{};
-    getrusage( RUSAGE_SELF, &usage );
-    return static_cast<std::int64_t>( usage.ru_maxrss ) * 1024;
 }
 
 //! What the ranks sent and waited for: of each, the sum and the largest.
@@ -276,6 +278,8 @@ Json makeSummary( Simulation& simulation, const Json& input,
                                     { "calls", e.calls },
                                     { "seconds", e.seconds } } );
     json["communication"] = communication( ranks, facts.traffic );
+    json["error_estimate"] = nullptr;
+    json["price"] = makePrice( json );
     json["input"] = input;
     json["revision"] = revision;
     return json;
@@ -344,7 +348,7 @@ std::string formatSummary( const Json& s )
                                  e.at( "L2" ).get<Real>(),
                                  e.at( "Linf" ).get<Real>() );
     }
-    return text;
+    return text + formatPrice( s );
 }
 
 } // namespace Machpoint

@@ -39,6 +39,9 @@ std::vector<FieldError> measureErrors( const ParticleData& own,
                                        const ExactSolution& exact,
                                        const Json& input, Real t );
 
+//! Largest resident memory of this process so far, bytes.
+std::int64_t peakMemory();
+
 //! What the driver alone knows of a run, over all ranks.
 struct RunFacts
 {

@@ -23,6 +23,11 @@ class NumericalFailure : public std::runtime_error
     using std::runtime_error::runtime_error;
 };
 
+//! Steps during which the time step is shortened, and to which part: a
+//! discontinuous start has no divergence yet for the viscosity to see.
+constexpr int start_up_steps = 10;
+constexpr Real start_up_factor = 0.2;
+
 //! Sums over all particles.
 struct Totals
 {

@@ -16,11 +16,6 @@
 namespace Machpoint
 {
 
-//! Steps during which the time step is shortened, and to which part: a
-//! discontinuous start has no divergence yet for the viscosity to see.
-constexpr int start_up_steps = 10;
-constexpr Real start_up_factor = 0.2;
-
 /*!
   \brief One scene, advanced by one method on one basis.
 

@@ -1,5 +1,6 @@
 #include <drivers/command_line.hpp>
 
+#include <drivers/dry_run.hpp>
 #include <drivers/input.hpp>
 #include <drivers/run.hpp>
 #include <drivers/study.hpp>
@@ -155,12 +156,14 @@ auto named( const std::string& file, const Action& action )
 
 int execute( const Communicator& ranks, const CLI::App& app,
              const std::string& file, const std::vector<std::string>& overrides,
-             const RunOptions& options )
+             const RunOptions& options, const bool is_dry )
 {
     if ( app.got_subcommand( "run" ) )
     {
         const Json input = loadShared( ranks, file, overrides );
-        return named( file, [&] { return run( input, options ); } );
+        return named(
+            file,
+            [&] { return is_dry ? dryRun( input ) : run( input, options ); } );
     }
     if ( !ranks.isRoot() )
         return finished; // the root answers
@@ -255,6 +258,7 @@ int runCommandLine( int argc, char** argv )
             ->take_all()
             ->allow_extra_args( false );
     };
+    bool is_dry = false;
     auto& run_command = *app.add_subcommand( "run", "run a scene" );
     addInput( run_command );
     run_command.add_option( "--output", options.output,
@@ -269,7 +273,18 @@ int runCommandLine( int argc, char** argv )
     run_command
         .add_option( "--max-steps", options.max_steps, "end after step STEPS" )
         ->check( CLI::Range( std::int64_t( 0 ), options.max_steps, "STEPS" ) );
+    run_command.add_flag(
+        "--estimate-error", options.estimate_error,
+        "run the scene on half and a quarter of the cells along each axis, "
+        "too, and tell the discretisation error and its order" );
     run_command.add_flag( "--quiet", options.quiet, "no progress, no table" );
+    auto& estimate = *run_command.add_flag(
+        "--estimate", is_dry,
+        "make no run, but tell the time and the memory that it would take on "
+        "this machine" );
+    for ( const auto* name : { "--output", "--overwrite", "--restart",
+                               "--max-steps", "--quiet", "--estimate-error" } )
+        estimate.excludes( run_command.get_option( name ) );
     addInput( *app.add_subcommand( "check", "validate a scene" ) );
     StudyOptions study_options;
     auto& study_command =
@@ -323,7 +338,8 @@ int runCommandLine( int argc, char** argv )
         // Kokkos' own flags are not ours; its environment variables work.
         const Kokkos::ScopeGuard guard{
             Kokkos::InitializationSettings().set_disable_warnings( true ) };
-        const int code = execute( ranks, app, file, overrides, options );
+        const int code =
+            execute( ranks, app, file, overrides, options, is_dry );
         if ( std::fflush( stdout ) != 0 )
             return io_failure;
         return code;

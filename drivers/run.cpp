@@ -1,11 +1,14 @@
 #include <drivers/run.hpp>
 
+#include <drivers/error_estimate.hpp>
+#include <drivers/output_times.hpp>
 #include <drivers/requests.hpp>
 
 #include <core/checkpoint.hpp>
 #include <core/exact.hpp>
 #include <core/hdf5_file.hpp>
 #include <core/output.hpp>
+#include <core/price.hpp>
 #include <core/profile.hpp>
 #include <core/report.hpp>
 #include <core/revision.hpp>
@@ -16,8 +19,6 @@
 
 #include <unistd.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -205,18 +206,6 @@ FormerRun formerRun( const std::optional<Checkpoint>& restart,
     return overwrite ? FormerRun::replace : FormerRun::refuse;
 }
 
-//! Number of the next output: the first whose time is yet to come. Times are
-//! counted, not summed, so that none drifts.
-std::int64_t nextOutput( const Real time, const Real every )
-{
-    auto number =
-        std::max( std::int64_t( 1 ),
-                  static_cast<std::int64_t>( std::floor( time / every ) ) - 1 );
-    while ( every * static_cast<Real>( number ) <= time )
-        ++number;
-    return number;
-}
-
 //! Reads a checkpoint. \param checkpoint visits an archive
 template <class Visitor>
 void resume( Checkpoint& restart, const Visitor& checkpoint )
@@ -242,6 +231,8 @@ void resume( Checkpoint& restart, const Visitor& checkpoint )
 ExitCode run( const Json& input, const RunOptions& options )
 {
     const Communicator ranks;
+    if ( options.estimate_error )
+        requireCompanions( input );
     Profile::start();
     Kokkos::Timer timer;
     const auto scene = input.at( "scene" ).get<std::string>();
@@ -250,7 +241,6 @@ ExitCode run( const Json& input, const RunOptions& options )
     const auto& output = input.at( "output" );
     const bool writes_particles = output.at( "particles" );
     const bool writes_grid = output.at( "grid" );
-    const Real every = output.value( "every", end );
     const fs::path folder =
         options.output.empty() ? "out/" + scene : options.output;
     const auto checkpoints = folder / "checkpoints";
@@ -258,7 +248,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     std::optional<Checkpoint> restart;
     if ( !options.restart.empty() )
         restart = findCheckpoint( ranks, options.restart, checkpoints, input );
-    const auto simulation = makeSimulation( input );
+    auto simulation = makeSimulation( input );
     const auto exact = makeExact( input );
     const auto former = formerRun( restart, folder, options.overwrite );
     OutputDirectory directory( folder, former, dim,
@@ -341,23 +331,22 @@ ExitCode run( const Json& input, const RunOptions& options )
         kept = simulation->steps();
         requests.checkpointed();
     };
+    timer.reset();
     Traffic::start();
     requests.start( simulation->time() );
-    std::int64_t outputs = nextOutput( simulation->time(), every );
+    OutputTimes outputs( input, simulation->time() );
     try
     {
         while ( simulation->time() < end &&
                 simulation->steps() < options.max_steps )
         {
-            // A time that rounding puts just before the end is the end.
-            const Real planned = every * static_cast<Real>( outputs );
-            const Real next = planned < end * ( 1 - 1e-12 ) ? planned : end;
+            const Real next = outputs.next();
             simulation->step( next );
             progress.count( simulation->particles() );
             progress.show( *simulation, false );
             if ( simulation->time() >= next )
             {
-                ++outputs;
+                outputs.pass();
                 write();
                 written = simulation->steps();
             }
@@ -405,8 +394,30 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( exact && code != numerical_failure )
         facts.errors = measureErrors( simulation->particleData(), *exact, input,
                                       simulation->time() );
-    const Json summary = makeSummary( *simulation, input, facts );
+    Json summary = makeSummary( *simulation, input, facts );
+    // Also written before companion runs: this run is done, whatever they meet.
     directory.writeSummary( summary.dump( 2 ) + "\n" );
+    if ( options.estimate_error && code == finished )
+    {
+        if ( !options.quiet && ranks.isRoot() )
+            fmt::print( stderr, "machpoint: runs coarser grids to estimate the "
+                                "error\n" );
+        const auto fine = simulation->gridData();
+        const Real time = simulation->time();
+        simulation.reset(); // makes room
+        summary["error_estimate"] =
+            estimateError( input, fine, time,
+                           [&]( const Simulation& companion )
+                           {
+                               const bool stop =
+                                   requests.next( companion ) == Request::stop;
+                               if ( stop )
+                                   requests.finish();
+                               return stop;
+                           } );
+        summary["price"] = makePrice( summary );
+        directory.writeSummary( summary.dump( 2 ) + "\n" );
+    }
     if ( !ranks.isRoot() )
         return code;
     if ( !options.quiet )
@@ -414,7 +425,8 @@ ExitCode run( const Json& input, const RunOptions& options )
     fmt::print( "output: {}\n", directory.path().string() );
     if ( code == stopped_early )
         fmt::print( stderr, "machpoint: stopped by {} after step {}; {}\n",
-                    requests.reason(), simulation->steps(),
+                    requests.reason(),
+                    summary.at( "steps" ).get<std::int64_t>(),
                     can_keep ? "to go on, repeat the command with --restart "
                                "latest"
                              : "there is no checkpoint, because this build "

@@ -27,10 +27,11 @@ enum ExitCode
 //! What the command line adds to the input.
 struct RunOptions
 {
-    std::string output;     //!< directory; empty: out/<scene>
-    bool overwrite = false; //!< replace a former run's output
-    bool quiet = false;     //!< no progress and no end table
-    std::string restart;    //!< checkpoint to go on from, "latest" or none
+    std::string output;          //!< directory; empty: out/<scene>
+    bool overwrite = false;      //!< replace a former run's output
+    bool quiet = false;          //!< no progress and no end table
+    bool estimate_error = false; //!< by companion runs on coarser grids
+    std::string restart;         //!< checkpoint to go on from, "latest" or none
     std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
 };
 

@@ -8,6 +8,7 @@
 #include <drivers/study_report.hpp>
 
 #include <core/file.hpp>
+#include <core/price.hpp>
 #include <core/revision.hpp>
 
 #include <fmt/format.h>

@@ -2,6 +2,7 @@
 
 #include <drivers/study_effects.hpp>
 
+#include <core/price.hpp>
 #include <core/revision.hpp>
 
 #include <fmt/format.h>
@@ -228,18 +229,6 @@ std::string makeStudyCsv( const Study& study,
         text += fmt::format( "{}\n", fmt::join( fields, "," ) );
     }
     return text;
-}
-
-std::string formatSeconds( const Real seconds )
-{
-    return seconds < 120    ? fmt::format( "{:.3g} s", seconds )
-           : seconds < 7200 ? fmt::format( "{:.3g} min", seconds / 60 )
-                            : fmt::format( "{:.3g} h", seconds / 3600 );
-}
-
-std::string formatCells( const std::vector<std::int64_t>& cells )
-{
-    return fmt::format( "{}", fmt::join( cells, " x " ) );
 }
 
 std::string formatRow( const StudyRow& row, const std::string& error )

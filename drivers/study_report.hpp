@@ -53,12 +53,6 @@ std::string formatRow( const StudyRow& row, const std::string& error );
 std::string formatStudy( const Study& study,
                          const std::vector<StudyRow>& rows );
 
-//! 0.0123 s, 12.3 s, 3.4 min, 5.6 h
-std::string formatSeconds( Real seconds );
-
-//! 400 x 200
-std::string formatCells( const std::vector<std::int64_t>& cells );
-
 } // namespace Machpoint
 
 #endif

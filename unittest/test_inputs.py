@@ -57,7 +57,8 @@ SUMMARY = {
     "peak_memory_bytes": int, "peak_array_bytes": int, "kernels": int,
     "errors": dict, "conservation": dict,
     "extrema": dict, "retries": int, "imbalance": dict, "effects": list,
-    "phases": list, "communication": dict, "input": dict, "revision": str
+    "phases": list, "communication": dict, "input": dict, "revision": str,
+    "price": dict
 }
 OR_NONE = (int, float, type(None))
 CONSERVATION = {"mass": NUMBER, "momentum": OR_NONE, "total_energy": OR_NONE}

@@ -53,7 +53,7 @@ SCENE = {
 # Keys of a summary that tell of time, or of this process alone.
 TIMINGS = {"wall_seconds", "particle_updates_per_second", "peak_memory_bytes",
            "peak_array_bytes", "kernels", "effects", "phases",
-           "communication"}
+           "communication", "price"}
 
 
 def start(*arguments):

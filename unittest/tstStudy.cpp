@@ -1,7 +1,10 @@
 /*!
   \file tstStudy.cpp
-  \brief The arithmetic of a study: matrix, laws, Pareto front, advice.
+  \brief The arithmetic of a study: matrix, laws, Pareto front, advice; and of
+  a single run's price.
 */
+#include <drivers/dry_run.hpp>
+#include <drivers/error_estimate.hpp>
 #include <drivers/study_error.hpp>
 #include <drivers/study_fit.hpp>
 
@@ -195,6 +198,87 @@ TEST( Study, AdviceTakesTheBestLine )
     EXPECT_TRUE( cheapest( lines, 1.0 / 6400 * ( 1 + 1e-9 ) ) );
     EXPECT_FALSE( cheapest( lines, 1.0 / 6401 ) );
     EXPECT_FALSE( mostAccurate( lines, 0.99 ) );
+}
+
+TEST( Study, ErrorsAreExtrapolatedWithTheOrderThatThreeGridsShow )
+{
+    // f_h = f + C h^p, so that |f_2h - f_h| = C h^p ( 2^p - 1 ).
+    for ( const Real p : { 0.8, 1.0, 2.0 } )
+    {
+        const Real near = std::pow( 2, p ) - 1;
+        const auto e = extrapolate( near, near * std::pow( 2, p ), 2 );
+        ASSERT_TRUE( e.observed );
+        EXPECT_NEAR( *e.observed, p, round_off );
+        EXPECT_NEAR( e.error, 1, 10 * round_off );
+    }
+    // Two grids: first order.
+    EXPECT_NEAR( extrapolate( 3, std::nullopt, 2 ).error, 3, round_off );
+    EXPECT_NEAR( extrapolate( 3, std::nullopt, 2.5 ).error, 2, round_off );
+    EXPECT_FALSE( extrapolate( 3, std::nullopt, 2 ).observed );
+    // What is beyond belief is shown, but not used.
+    auto e = extrapolate( 1, 16, 2 );
+    EXPECT_NEAR( *e.observed, 4, round_off );
+    EXPECT_NEAR( e.error, 1.0 / 3, round_off );
+    e = extrapolate( 1, 0.5, 2 );
+    EXPECT_NEAR( *e.observed, -1, round_off );
+    EXPECT_NEAR( e.error, 1 / ( std::sqrt( 2 ) - 1 ), 10 * round_off );
+}
+
+//! A run of n cells: 8 steps and 2 more for each cell, 3 particles a cell to
+//! begin with and twice as many after half of the steps, 1 second for each.
+Rung rungOf( const std::int64_t n )
+{
+    Rung rung;
+    rung.cells = { n };
+    rung.fineness = static_cast<Real>( n );
+    rung.fixed = 8;
+    rung.first = 3 * n;
+    rung.last = rung.most = 6 * n;
+    const std::int64_t steps = 8 + 2 * n;
+    for ( std::int64_t k = 1; k <= steps; ++k )
+    {
+        const auto particles = 2 * k <= steps ? 3 * n : 6 * n;
+        rung.costs.push_back(
+            { static_cast<Real>( particles ), particles,
+              static_cast<Real>( k ) / static_cast<Real>( steps ) } );
+    }
+    return rung;
+}
+
+TEST( Study, ARunIsForetoldByCoarserOnes )
+{
+    const std::vector<Rung> rungs = { rungOf( 25 ), rungOf( 50 ) };
+    const auto run = rungOf( 200 );
+    // The first quarter of it, on a machine half as fast.
+    Calibration calibration{ { 200 }, run.first, run.costs };
+    calibration.costs.resize( run.costs.size() / 4 );
+    for ( auto& cost : calibration.costs )
+        cost.seconds *= 2;
+    const auto told = forecast( rungs, 200, 600, calibration );
+    EXPECT_NEAR( told.steps, 408, round_off );
+    EXPECT_NEAR( told.last, 1200, 1e-9 );
+    EXPECT_NEAR( told.most, 1200, 1e-9 );
+    EXPECT_NEAR( told.seconds, 2 * 408 * 900, 1e-6 );
+
+    // Later steps of a rung that take longer do so in the run as well.
+    auto slower = rungs;
+    for ( auto& cost : slower[1].costs )
+        if ( cost.time > 0.25 )
+            cost.seconds *= 3;
+    EXPECT_NEAR( forecast( slower, 200, 600, calibration ).seconds,
+                 3 * told.seconds, 1e-6 );
+    // One rung alone, or two of the same smallest spacing.
+    EXPECT_NEAR( forecast( { rungs[1] }, 200, 600, calibration ).steps, 408,
+                 round_off );
+    EXPECT_NEAR(
+        forecast( { rungs[1], rungs[1] }, 200, 600, calibration ).steps, 408,
+        round_off );
+    // A coarse grid that sees another flow, with too many steps or too few.
+    auto odd = rungs;
+    odd[0].costs = odd[1].costs;
+    EXPECT_NEAR( forecast( odd, 200, 600, calibration ).steps, 408, round_off );
+    odd[0].costs.resize( 10 );
+    EXPECT_NEAR( forecast( odd, 200, 600, calibration ).steps, 432, round_off );
 }
 
 //! A directory that goes with the test.

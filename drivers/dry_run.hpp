@@ -1,0 +1,70 @@
+/*!
+  \file dry_run.hpp
+  \brief Layer 7: what a run would take, without making it.
+*/
+#ifndef MACHPOINT_DRY_RUN_HPP
+#define MACHPOINT_DRY_RUN_HPP
+
+#include <drivers/companion.hpp>
+#include <drivers/run.hpp>
+
+namespace Machpoint
+{
+
+//! A run to the end on a coarser grid, and what it tells of a finer one.
+struct Rung
+{
+    std::vector<std::int64_t> cells; //!< [Dim]
+    Real fineness = 0;               //!< 1 / smallest spacing, 1/length
+    Real fixed = 0; //!< steps whatever the grid: of start and outputs, at most
+    //! \name Particles of all ranks
+    //! @{
+    std::int64_t first = 0, last = 0, most = 0;
+    //! @}
+    std::vector<StepCost> costs; //!< [steps]
+    Real seconds = 0;            //!< set-up included
+};
+
+//! What a run is expected to be.
+struct Forecast
+{
+    Real steps = 0;
+    Real last = 0, most = 0; //!< particles
+    Real seconds = 0;        //!< of all steps
+};
+
+//! The first steps of a run.
+struct Calibration
+{
+    std::vector<std::int64_t> cells; //!< [Dim]
+    std::int64_t first = 0;          //!< particles at the start, of all ranks
+    std::vector<StepCost> costs;     //!< at least one
+};
+
+/*!
+  \brief The run that these rungs lead to.
+
+  Steps are linear in the fineness, through the two finest rungs: some whatever
+  the grid (none up to the finest rung's `fixed`; these, where the rungs tell
+  nothing), the others by the time step. The number of particles grows as on the
+  finest rung, and so does the time per particle and step from that of the
+  calibration to that of the whole run.
+
+  \param rungs at least one, coarsest first
+  \param fineness of the grid, 1/length
+  \param first particles at the start
+*/
+Forecast forecast( const std::vector<Rung>& rungs, Real fineness, Real first,
+                   const Calibration& calibration );
+
+/*!
+  \brief Prints seconds, steps, particles, memory and output that a run of the
+  input would take on this machine, on so many ranks and threads. Writes no
+  file. Collective.
+  \return finished \throws InputError, NumericalFailure
+*/
+ExitCode dryRun( const Json& input );
+
+} // namespace Machpoint
+
+#endif

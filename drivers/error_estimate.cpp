@@ -1,0 +1,159 @@
+#include <drivers/error_estimate.hpp>
+
+#include <core/communicator.hpp>
+#include <core/price.hpp>
+
+#include <fmt/format.h>
+
+#include <Kokkos_Timer.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace Machpoint
+{
+
+Extrapolation extrapolate( const Real near, const std::optional<Real> far,
+                           const Real ratio )
+{
+    Extrapolation result;
+    if ( far && *far > 0 && near > 0 )
+    {
+        result.observed = std::log( *far / near ) / std::log( ratio );
+        result.order =
+            std::clamp( *result.observed, lowest_order, highest_order );
+    }
+    result.error = near / ( std::pow( ratio, result.order ) - 1 );
+    return result;
+}
+
+namespace
+{
+
+constexpr const char* option = "--estimate-error";
+constexpr std::int64_t factors[] = { 2, 4 };
+constexpr std::int64_t fewest_cells = 8;
+
+//! What one companion left; no fields unless it came to its end.
+struct Companion
+{
+    Json input;
+    std::optional<GridFields> fields;
+    std::string message; //!< why there are none
+};
+
+Companion runCompanion( const Json& input, const Real time,
+                        const IsStopped& stop, Json& list )
+{
+    const Communicator ranks;
+    Companion companion{ input, {}, {} };
+    Kokkos::Timer timer;
+    try
+    {
+        const auto simulation = makeCompanion( input, option );
+        stepTo( *simulation, input, time, stop );
+        if ( simulation->time() < time )
+        {
+            companion.message = "its companion runs were stopped";
+            return companion;
+        }
+        companion.fields.emplace( wholeGrid( ranks, simulation->gridData() ) );
+        list.push_back( { { "cells", input.at( "grid" ).at( "cells" ) },
+                          { "steps", simulation->steps() },
+                          { "seconds", timer.seconds() } } );
+    }
+    catch ( const NumericalFailure& failure )
+    {
+        companion.message = fmt::format(
+            "the companion with {} cells failed: {}",
+            formatCells( input.at( "grid" ).at( "cells" ) ), failure.what() );
+    }
+    catch ( const InputError& error )
+    {
+        companion.message = error.what();
+    }
+    return companion;
+}
+
+//! A velocity, integrated over the domain, that is round-off beside the speed
+//! of sound. \param fields as fieldDifferences has them
+Real restVelocity( const std::vector<FieldDifference>& fields,
+                   const Json& input )
+{
+    const auto& grid = input.at( "grid" );
+    Real volume = 1;
+    for ( std::size_t d = 0; d < grid.at( "lower" ).size(); ++d )
+        volume *= grid.at( "upper" ).at( d ).get<Real>() -
+                  grid.at( "lower" ).at( d ).get<Real>();
+    return least_error * volume * std::sqrt( fields[2].size / fields[0].size );
+}
+
+} // namespace
+
+void requireCompanions( const Json& input )
+{
+    const auto coarse = coarsened( input, factors[0] );
+    if ( 2 * resolution( coarse ) > resolution( input ) + 1 )
+        throw InputError( { "/grid/cells: --estimate-error runs the scene on "
+                            "half the cells, too, and these are too few for "
+                            "that; take 8 or more along an axis" } );
+    makeCompanion( coarse, option );
+}
+
+Json estimateError( const Json& input, const GridData& fine, const Real time,
+                    const IsStopped& stop )
+{
+    const Communicator ranks;
+    Json result = { { "companions", Json::array() } };
+    auto& list = result.at( "companions" );
+    Kokkos::Timer timer;
+    const auto half =
+        runCompanion( coarsened( input, factors[0] ), time, stop, list );
+    if ( !half.fields )
+    {
+        result["message"] = half.message;
+        return result;
+    }
+    std::optional<Companion> quarter;
+    if ( const auto coarse = coarsened( input, factors[1] );
+         resolution( coarse ) >= fewest_cells )
+        quarter = runCompanion( coarse, time, stop, list );
+    result["seconds"] = timer.seconds();
+    const GridFields whole( wholeGrid( ranks, fine ) );
+    if ( !ranks.isRoot() )
+        return result;
+    const auto near = fieldDifferences( *half.fields, whole, half.input );
+    std::vector<FieldDifference> far;
+    if ( quarter && quarter->fields )
+        far =
+            fieldDifferences( *quarter->fields, *half.fields, quarter->input );
+    const Real ratio = static_cast<Real>( resolution( input ) ) /
+                       static_cast<Real>( resolution( half.input ) );
+    const Real rest = restVelocity( near, input );
+    for ( std::size_t f = 0; f < near.size(); ++f )
+    {
+        const auto& [error, size] = near[f];
+        auto& field = result["fields"][error.field];
+        const bool is_rest = error.field == "velocity" && size < rest;
+        if ( is_rest || error.L1 < least_error * size )
+        {
+            field = {
+                { "L1", error.L1 },
+                { "relative", is_rest ? Json() : Json( error.L1 / size ) },
+                { "order", nullptr },
+                { "observed_order", nullptr } };
+            continue;
+        }
+        std::optional<Real> farther;
+        if ( !far.empty() )
+            farther = far[f].error.L1;
+        const auto e = extrapolate( error.L1, farther, ratio );
+        field["L1"] = e.error;
+        field["relative"] = e.error / size;
+        field["order"] = e.order;
+        field["observed_order"] = e.observed ? Json( *e.observed ) : Json();
+    }
+    return result;
+}
+
+} // namespace Machpoint

@@ -1,0 +1,57 @@
+/*!
+  \file error_estimate.hpp
+  \brief Layer 7: the discretisation error of a run, estimated from companion
+  runs on coarser grids.
+*/
+#ifndef MACHPOINT_ERROR_ESTIMATE_HPP
+#define MACHPOINT_ERROR_ESTIMATE_HPP
+
+#include <drivers/companion.hpp>
+#include <drivers/grid_fields.hpp>
+
+#include <optional>
+
+namespace Machpoint
+{
+
+//! The error of the finest of two or three grids.
+struct Extrapolation
+{
+    Real error = 0;
+    Real order = 1;               //!< that the error was computed with
+    std::optional<Real> observed; //!< order, of three grids
+};
+
+/*!
+  \brief Richardson's extrapolation: error = near / (ratio^p - 1).
+
+  Three grids show the order, p = log( far / near ) / log( ratio ), which is
+  believed between lowest_order and highest_order (as Eca and Hoekstra 2014 do,
+  J. Comput. Phys. 262); with two it is taken to be 1, as at shocks and
+  contacts. \param near how far the next coarser grid is from the finest \param
+  far how far the coarsest is from that one; none without it \param ratio of the
+  spacings of two neighbouring grids, > 1
+*/
+Extrapolation extrapolate( Real near, std::optional<Real> far, Real ratio );
+
+/*!
+  \brief Can companion runs be made of this input? Collective.
+  \throws InputError that says why not
+*/
+void requireCompanions( const Json& input );
+
+/*!
+  \brief Runs the scene on half and on a quarter of the cells along each axis,
+  and compares. Collective.
+
+  A quarter is left out where its longest axis would have fewer than 8 cells,
+  and where the gas breaks down on it. \param input resolved \param fine the
+  run's grid data, own blocks \param time of the data \return `error_estimate`
+  of the summary; on all ranks but the root without what the fields tell
+*/
+Json estimateError( const Json& input, const GridData& fine, Real time,
+                    const IsStopped& stop );
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,53 @@
+/*!
+  \file output_times.hpp
+  \brief Layer 7: the times at which a run's steps end exactly.
+*/
+#ifndef MACHPOINT_OUTPUT_TIMES_HPP
+#define MACHPOINT_OUTPUT_TIMES_HPP
+
+#include <core/parameters.hpp>
+#include <core/types.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace Machpoint
+{
+
+//! The multiples of `output.every`, and the end. They are counted, not summed,
+//! so that none drifts.
+class OutputTimes
+{
+  public:
+    //! \param input resolved \param time of the run: outputs up to then are
+    //! past
+    OutputTimes( const Json& input, const Real time )
+        : _end( input.at( "time" ).at( "end" ) ),
+          _every( input.at( "output" ).value( "every", _end ) ),
+          _number( std::max(
+              std::int64_t( 1 ),
+              static_cast<std::int64_t>( std::floor( time / _every ) ) - 1 ) )
+    {
+        while ( _every * static_cast<Real>( _number ) <= time )
+            ++_number;
+    }
+
+    //! A time that rounding puts just before the end is the end.
+    Real next() const
+    {
+        const Real planned = _every * static_cast<Real>( _number );
+        return planned < _end * ( 1 - 1e-12 ) ? planned : _end;
+    }
+    //! The next one is reached.
+    void pass() { ++_number; }
+
+  private:
+    Real _end;
+    Real _every;
+    std::int64_t _number; // of the next output
+};
+
+} // namespace Machpoint
+
+#endif
