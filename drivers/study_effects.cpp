@@ -2,6 +2,7 @@
 
 #include <drivers/input.hpp>
 
+#include <core/price.hpp>
 #include <core/registry.hpp>
 
 #include <fmt/format.h>

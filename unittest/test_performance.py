@@ -49,6 +49,37 @@ def built(test, name):
     return path
 
 
+class AccuracyTest(unittest.TestCase):
+
+    def test_a_study_becomes_a_table(self):
+        built(self, "machpoint_reference")
+        accuracy = program("accuracy")
+        with tempfile.TemporaryDirectory() as scratch:
+            study, shown = accuracy.run(MACHPOINT.resolve(), "leblanc",
+                                        pathlib.Path(scratch), 1)
+        self.assertIn("halving this error takes", shown)
+        head, _, *lines = accuracy.runs_table(study).splitlines()
+        self.assertIn("| 180 | 360 | 720 |", head)
+        self.assertEqual(len(lines), len(study["laws"]))
+        self.assertTrue(any(line.startswith("| finite_volume |")
+                            for line in lines))
+        front = [r for r in study["rows"] if r["id"] in study["pareto"]]
+        self.assertEqual("".join(lines).count("**"), 2 * len(front))
+        for row in front:
+            self.assertIn(f"**{row['errors']['density.L1']:.2e}, ",
+                          "".join(lines))
+
+    def test_advice_beside_the_truth(self):
+        proof = {"request": "density.L1=1e-3", "value": 1.1e-3, "seconds": 2,
+                 "predicted": {"seconds": 1, "error": 1e-3},
+                 "row": {"line": "apic", "cells": [4, 2]}}
+        text = program("accuracy").advice_table(
+            [{"study": "sod", "proofs": [proof, {**proof, "value": None}]}])
+        self.assertIn("| apic, 4x2 | 1, 2 (+100 %) | 0.001, 0.0011 (+10 %) |",
+                      text)
+        self.assertIn("| 1, 2 (+100 %) | - |", text)
+
+
 class KernelsTest(unittest.TestCase):
 
     def test_every_part_of_every_case_is_finite(self):

@@ -42,7 +42,8 @@ class Watch:
     """Looks at the machine during a session: bandwidth probes, how long others
     kept its cores, and the load before it began."""
 
-    def __init__(self, triad):
+    def __init__(self, triad=None):
+        """triad: the program that probes, if probe is called"""
         self.triad = triad
         self.load = float(
             pathlib.Path("/proc/loadavg").read_text().split()[0])
@@ -60,13 +61,13 @@ class Watch:
         own = _own_busy() - self._own
         others = max(0, _all_busy() - self._all - own) / max(own, 1e-9)
         seen = {"load_before": self.load, "others": others,
-                "triad": statistics.median(self.rates),
-                "triad_spread": spread(self.rates),
                 "median_spread": statistics.median(spreads)}
         # No spread at all: nothing was repeated, and nobody knows.
-        seen["quiet"] = (others < QUIET and
-                         seen["triad_spread"] < QUIET and
-                         0 < seen["median_spread"] < QUIET)
+        seen["quiet"] = others < QUIET and 0 < seen["median_spread"] < QUIET
+        if self.rates:
+            seen["triad"] = statistics.median(self.rates)
+            seen["triad_spread"] = spread(self.rates)
+            seen["quiet"] = seen["quiet"] and seen["triad_spread"] < QUIET
         return seen
 
 
@@ -74,11 +75,13 @@ def in_words(seen):
     """A paragraph on what a Watch saw."""
     verdict = "The machine was quiet" if seen["quiet"] else \
         "**The machine was not quiet, so these figures mean little**"
+    probes = "" if "triad" not in seen else (
+        f"probes of the bandwidth between these gave "
+        f"{seen['triad'] / 1e9:.2f} GB/s on one thread, "
+        f"{100 * seen['triad_spread']:.1f} % apart; ")
     return (
         f"{verdict}: its load was {seen['load_before']:.2f} before the session; "
         f"other processes took {100 * seen['others']:.1f} % as much processor "
-        f"time as the measurements; probes of the bandwidth between these gave "
-        f"{seen['triad'] / 1e9:.2f} GB/s on one thread, "
-        f"{100 * seen['triad_spread']:.1f} % apart; repeated measurements lie "
+        f"time as the measurements; {probes}repeated measurements lie "
         f"{100 * seen['median_spread']:.1f} % apart in the median. Quiet is "
-        f"below {100 * QUIET:.0f} % in all three.")
+        f"below {100 * QUIET:.0f} % in all of these.")

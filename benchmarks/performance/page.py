@@ -1,4 +1,5 @@
-"""docs/performance.md, whose tables the benchmarks write between markers."""
+"""A page of docs/, by default performance.md, whose tables the benchmarks write
+between markers."""
 import pathlib
 import re
 
@@ -18,11 +19,11 @@ def replaced(page, section, text):
     begin, end = f"<!-- {section} -->", f"<!-- end of {section} -->"
     found = re.search(f"{re.escape(begin)}.*{re.escape(end)}", page, re.DOTALL)
     if not found:
-        raise SystemExit(f"{PAGE}: no place for it: add the lines {begin} and "
-                         f"{end}")
+        raise SystemExit(f"no place for it: add the lines {begin} and {end} to "
+                         "the page")
     return (page[:found.start()] + f"{begin}\n{text.strip()}\n{end}" +
             page[found.end():])
 
 
-def write(section, text):
-    PAGE.write_text(replaced(PAGE.read_text(), section, text))
+def write(section, text, path=PAGE):
+    path.write_text(replaced(path.read_text(), section, text))

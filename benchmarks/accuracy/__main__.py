@@ -1,0 +1,167 @@
+"""What accuracy costs: runs the shipped studies and fills docs/accuracy.md.
+
+Usage: python3 benchmarks/accuracy [--machpoint PATH] [--study NAME]...
+           [--repeats NUMBER] [--output DIR] [--docs]
+
+Runs input/studies/*.json on one thread, each into DIR/NAME, and the advice of
+ADVICE below; prints a table for each. --docs also writes the tables to
+docs/accuracy.md, and the pictures to docs/pictures. What is in DIR already is not
+run again. --repeats replaces that of the studies. Exit code: 0; 1 when a study
+fails.
+"""
+import argparse
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] /
+                       "performance"))
+
+import machine
+import page
+
+ROOT = page.ROOT
+PAGE = ROOT / "docs" / "accuracy.md"
+STUDIES = sorted(p.stem for p in (ROOT / "input/studies").glob("*.json"))
+# Held out, that is not among the runs of the study.
+ADVICE = [("sod", "--target", "density.L1=1e-3"), ("sod", "--budget", "1s"),
+          ("leblanc", "--target", "density.L1=1.5e-2"),
+          ("cylinder_mach3", "--budget", "20s")]
+
+
+def run(machpoint, study, output, repeats, *advice):
+    """A study, perhaps with advice. Returns study.json, and what it printed."""
+    folder = output / study
+    source = ROOT / f"input/studies/{study}.json"
+    if repeats:
+        text = json.loads(source.read_text())
+        text.update(repeats=repeats,
+                    input=str((source.parent / text["input"]).resolve()))
+        output.mkdir(parents=True, exist_ok=True)
+        source = output / f"{study}.json"
+        source.write_text(json.dumps(text))
+    environment = {"OMP_NUM_THREADS": "1", "OMP_PROC_BIND": "false", **os.environ}
+    result = subprocess.run([machpoint, "study", source, "--output", folder, *advice],
+                            stdout=subprocess.PIPE, text=True, env=environment,
+                            check=False)
+    if result.returncode != 0 and not advice:  # what is out of reach ends with 1
+        sys.exit(f"{study}: ended with code {result.returncode}")
+    return json.loads((folder / "study.json").read_text()), result.stdout
+
+
+def seconds(value):
+    return f"{value:.2g} s" if value < 10 else f"{value:.0f} s"
+
+
+def laws(law):
+    half = law["halving_takes"]
+    return ["-" if law["time_exponent"] is None else f"{law['time_exponent']:.2f}",
+            "-" if law["order"] is None else f"{law['order']:.2f}",
+            "-" if half is None else "> 1000" if half > 1000 else f"{half:.2f}"]
+
+
+def runs_table(study):
+    """Lines down, cells across: error, seconds; bold on the Pareto front."""
+    sizes = []
+    for row in study["rows"]:
+        if row["cells"] not in sizes:
+            sizes.append(row["cells"])
+    sizes.sort(key=lambda cells: cells[0])
+    rows = []
+    for law in study["laws"]:
+        line = [law["line"]]
+        for cells in sizes:
+            found = [r for r in study["rows"] if r["line"] == law["line"] and
+                     r["cells"] == cells]
+            text = ""
+            if found and found[0]["status"] != "finished":
+                text = found[0]["status"]
+            elif found:
+                error = found[0].get("errors", {}).get(study["error"])
+                error = "-" if error is None else f"{error:.2e}"
+                text = f"{error}, {seconds(found[0]['seconds'])}"
+                if found[0]["id"] in study["pareto"]:
+                    text = f"**{text}**"
+            line.append(text)
+        rows.append(line + laws(law))
+    head = ["line", *("x".join(map(str, cells)) for cells in sizes),
+            "time ~ cells^a", "error ~ h^p", "half the error"]
+    return page.table(head, rows)
+
+
+def difference(told, real):
+    return f"{told:.3g}, {real:.3g} ({100 * (real / told - 1):+.0f} %)" \
+        if told and real else "-"
+
+
+def advice_table(studies):
+    rows = []
+    for study in studies:
+        for proof in study["proofs"]:
+            row = proof["row"]
+            rows.append([f"{study['study']}, `{proof['request']}`",
+                         f"{row['line']}, {'x'.join(map(str, row['cells']))}",
+                         difference(proof["predicted"]["seconds"], proof["seconds"]),
+                         difference(proof["predicted"]["error"], proof["value"])])
+    return page.table(["asked", "answer", "seconds, predicted and real",
+                       "error, predicted and real"], rows)
+
+
+def spreads(study):
+    return [machine.spread(row["wall_rounds"]) for row in study["rows"]
+            if len(row.get("wall_rounds", [])) > 1]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--machpoint", metavar="PATH",
+                        default=ROOT / "build/openmp/machpoint")
+    parser.add_argument("--study", metavar="NAME", action="append",
+                        choices=STUDIES)
+    parser.add_argument("--repeats", type=int, metavar="NUMBER")
+    parser.add_argument("--output", metavar="DIR", default="out/accuracy")
+    parser.add_argument("--docs", action="store_true")
+    arguments = parser.parse_args()
+    machpoint = pathlib.Path(arguments.machpoint).resolve()
+    output = pathlib.Path(arguments.output)
+    watch = machine.Watch()
+    chosen = arguments.study or STUDIES
+    studies = {}
+    for name in chosen:
+        studies[name], shown = run(machpoint, name, output, arguments.repeats)
+        for study, *advice in ADVICE:
+            if study == name:
+                studies[name], _ = run(machpoint, name, output,
+                                       arguments.repeats, *advice)
+        folder = output / name
+        subprocess.run([sys.executable, ROOT / "tools/plot.py", "study", folder],
+                       check=True, stdout=subprocess.DEVNULL)
+        is_of_effects = studies[name].get("kind") == "effects"
+        picture = "effects.png" if is_of_effects else "work_precision.png"
+        # All but the last line, which names the folder.
+        text = "```\n" + shown.strip().rsplit("\n", 1)[0] + "\n```\n" \
+            if is_of_effects else runs_table(studies[name])
+        print(f"{name}\n{text}")
+        if arguments.docs:
+            page.write(f"study {name}", text, PAGE)
+            shutil.copy(folder / picture,
+                        ROOT / f"docs/pictures/study_{name}.png")
+    text = advice_table(studies.values())
+    seen = watch.report(sum(map(spreads, studies.values()), []))
+    revisions = {row["revision"] for study in studies.values()
+                 for row in study["rows"] if "revision" in row}
+    words = (f"Written by `python3 benchmarks/accuracy --docs`; Machpoint "
+             f"`{', '.join(sorted(revisions))}`, {machine.processor()}, one thread, "
+             f"wall clock, medians. {machine.in_words(seen)}")
+    print(text, words, sep="\n")
+    if arguments.docs and chosen == STUDIES:
+        page.write("studies", words, PAGE)
+        page.write("advice", text, PAGE)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
