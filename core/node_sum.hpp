@@ -119,44 +119,6 @@ inline constexpr std::size_t most_columns = 10;
 //! A number for each column; in a kernel, in registers.
 using PerColumn = Kokkos::Array<Real, most_columns>;
 
-//! Finds the largest term of each column, and adds nothing. Stands in for a
-//! NodeScatter in kernels.
-struct LargestTerms
-{
-    Kokkos::View<Real*, MemorySpace> largest; //!< magnitude [most_columns]
-
-    struct Place
-    {
-        Real& most;
-        KOKKOS_FORCEINLINE_FUNCTION void operator+=( const Real term ) const
-        {
-            most = Kokkos::max( most, Kokkos::abs( term ) );
-        }
-    };
-    struct Access
-    {
-        Real* largest;
-        mutable PerColumn own{};
-
-        KOKKOS_FORCEINLINE_FUNCTION Place operator()( const int,
-                                                      const int column ) const
-        {
-            return { own[column] };
-        }
-        KOKKOS_FORCEINLINE_FUNCTION ~Access()
-        {
-            // Rarely larger, so threads seldom meet here.
-            for ( std::size_t c = 0; c < most_columns; ++c )
-                if ( own[c] > Kokkos::atomic_load( largest + c ) )
-                    Kokkos::atomic_max( largest + c, own[c] );
-        }
-    };
-    KOKKOS_FORCEINLINE_FUNCTION Access access() const
-    {
-        return { largest.data() };
-    }
-};
-
 /*!
   \brief Terms that are rounded before they are added, so that adding is exact
   (Demmel and Nguyen 2015; docs/ranks.md). Stands in for a NodeScatter in
@@ -164,7 +126,9 @@ struct LargestTerms
 
   A term x of column c becomes hi = x rounded to a multiple of a unit u_c, in
   column 2 c, and lo = x - hi rounded to one of a finer unit, in column 2 c + 1.
-  The units follow from the largest term of the column.
+  The units follow from the largest term of the column, which a first pass of
+  the same kernels finds: then nothing is added. (One type for both passes, as
+  each type compiles all these kernels once more.)
 */
 struct RoundedTerms
 {
@@ -173,36 +137,56 @@ struct RoundedTerms
 
     NodeScatter parts;    //!< [nodes][2 columns]
     PerColumn hi{}, lo{}; //!< r, which rounds x to (r + x) - r
+    //! Magnitude [most_columns], of the first pass; else null.
+    Kokkos::View<Real*, MemorySpace> largest{};
 
     using PartAccess = decltype( std::declval<const NodeScatter&>().access() );
-    struct Place
-    {
-        const PartAccess& parts;
-        int row, column;
-        Real r, s;
-
-        KOKKOS_FORCEINLINE_FUNCTION void operator+=( const Real term ) const
-        {
-            const Real hi = ( r + term ) - r;
-            const Real lo = ( s + ( term - hi ) ) - s;
-            parts( row, 2 * column ) += hi;
-            parts( row, 2 * column + 1 ) += lo;
-        }
-    };
     struct Access
     {
         PartAccess parts;
         PerColumn hi, lo;
+        Real* largest;
+        mutable PerColumn own{};
 
+        struct Place
+        {
+            const Access& access;
+            int row, column;
+
+            KOKKOS_FORCEINLINE_FUNCTION void operator+=( const Real term ) const
+            {
+                if ( access.largest )
+                {
+                    Real& most = access.own[column];
+                    most = Kokkos::max( most, Kokkos::abs( term ) );
+                    return;
+                }
+                const Real r = access.hi[column];
+                const Real s = access.lo[column];
+                const Real hi = ( r + term ) - r;
+                const Real lo = ( s + ( term - hi ) ) - s;
+                access.parts( row, 2 * column ) += hi;
+                access.parts( row, 2 * column + 1 ) += lo;
+            }
+        };
         KOKKOS_FORCEINLINE_FUNCTION Place operator()( const int row,
                                                       const int column ) const
         {
-            return { parts, row, column, hi[column], lo[column] };
+            return { *this, row, column };
+        }
+        KOKKOS_FORCEINLINE_FUNCTION ~Access()
+        {
+            if ( !largest )
+                return;
+            // Rarely larger, so threads seldom meet here.
+            for ( std::size_t c = 0; c < most_columns; ++c )
+                if ( own[c] > Kokkos::atomic_load( largest + c ) )
+                    Kokkos::atomic_max( largest + c, own[c] );
         }
     };
     KOKKOS_FORCEINLINE_FUNCTION Access access() const
     {
-        return { parts.access(), hi, lo };
+        return { parts.access(), hi, lo, largest.data() };
     }
 
     /*!
@@ -458,14 +442,15 @@ class NodeSum
     template <class Kernels>
     RoundedTerms roundedTerms( const Kernels& kernels ) const
     {
-        const LargestTerms terms{ Kokkos::View<Real*, MemorySpace>(
-            "Machpoint::largestTerms", most_columns ) };
-        kernels( terms );
+        RoundedTerms rounded{ *_scatter };
+        rounded.largest = Kokkos::View<Real*, MemorySpace>(
+            "Machpoint::largestTerms", most_columns );
+        kernels( rounded );
         const auto host = Kokkos::create_mirror_view_and_copy(
-            Kokkos::HostSpace(), terms.largest );
+            Kokkos::HostSpace(), rounded.largest );
         const auto most =
             _comm.max( std::vector( host.data(), host.data() + host.size() ) );
-        RoundedTerms rounded{ *_scatter };
+        rounded.largest = {};
         for ( std::size_t c = 0; c < most_columns; ++c )
             rounded.setRounding( c, most[c] );
         return rounded;
