@@ -106,11 +106,15 @@ std::string formatPrice( const Json& summary )
     text +=
         fmt::format( "  price: {}", formatSeconds( price.at( "seconds" ) ) );
     if ( price.at( "error" ).is_null() )
+    {
+        const bool is_whole = summary.at( "final_time" ) >=
+                              summary.at( "input" ).at( "time" ).at( "end" );
         return fmt::format(
             "{}{}\n", text,
-            summary.at( "error_estimate" ).is_null()
+            is_whole && summary.at( "error_estimate" ).is_null()
                 ? "; its error is not known: --estimate-error estimates it"
                 : "" );
+    }
     text += fmt::format( " for a density error of {} (L1, {})",
                          percent( price.at( "relative_error" ) ),
                          price.at( "error_source" ) == "exact" ? "against exact"
