@@ -39,7 +39,7 @@ JUDGED = {
     "isentropic_vortex": ["time.end=2"], "noh_2d": ["grid.cells=[64,64]"],
     "sedov_2d": ["grid.cells=[64,64]"], "noh_3d": [],
 }
-UNITS = {"s": 1, "min": 60, "h": 3600, "MiB": 1, "GiB": 1024}
+UNITS = {"s": 1, "min": 60, "h": 3600, "days": 86400, "MiB": 1, "GiB": 1024}
 
 
 class Lacking(Exception):
@@ -77,7 +77,7 @@ def estimate(text):
     """What `--estimate` printed: steps, particles at the end, seconds from the
     least to the most, MiB."""
     seconds = [float(number) * UNITS[unit] for number, unit in re.findall(
-        r"([\d.e+-]+) (s|min|h)\b",
+        r"([\d.e+-]+) (s|min|h|days)\b",
         re.search(r"^  time +(.*)$", text, re.M)[1])]
     memory = re.search(r"^  memory +([\d.e+-]+) (\w+)", text, re.M)
     return {

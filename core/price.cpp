@@ -106,11 +106,15 @@ std::string formatPrice( const Json& summary )
     text +=
         fmt::format( "  price: {}", formatSeconds( price.at( "seconds" ) ) );
     if ( price.at( "error" ).is_null() )
+    {
+        const bool is_whole = summary.at( "final_time" ) >=
+                              summary.at( "input" ).at( "time" ).at( "end" );
         return fmt::format(
             "{}{}\n", text,
-            summary.at( "error_estimate" ).is_null()
+            is_whole && summary.at( "error_estimate" ).is_null()
                 ? "; its error is not known: --estimate-error estimates it"
                 : "" );
+    }
     text += fmt::format( " for a density error of {} (L1, {})",
                          percent( price.at( "relative_error" ) ),
                          price.at( "error_source" ) == "exact" ? "against exact"
@@ -129,9 +133,11 @@ std::string formatPrice( const Json& summary )
 
 std::string formatSeconds( const Real seconds )
 {
-    return seconds < 120    ? fmt::format( "{:.3g} s", seconds )
-           : seconds < 7200 ? fmt::format( "{:.3g} min", seconds / 60 )
-                            : fmt::format( "{:.3g} h", seconds / 3600 );
+    constexpr Real minute = 60, hour = 3600, day = 86400;
+    return seconds < 2 * minute ? fmt::format( "{:.3g} s", seconds )
+           : seconds < 2 * hour ? fmt::format( "{:.3g} min", seconds / minute )
+           : seconds < 2 * day  ? fmt::format( "{:.3g} h", seconds / hour )
+                                : fmt::format( "{:.4g} days", seconds / day );
 }
 
 std::string formatCells( const std::vector<std::int64_t>& cells )

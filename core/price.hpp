@@ -41,7 +41,7 @@ Json makePrice( const Json& summary );
 //! `error_estimate` and `price` for the end table.
 std::string formatPrice( const Json& summary );
 
-//! 0.0123 s, 12.3 s, 3.4 min, 5.6 h
+//! 0.0123 s, 12.3 s, 3.4 min, 5.6 h, 7.8 days
 std::string formatSeconds( Real seconds );
 
 //! 400 x 200

@@ -23,8 +23,11 @@ std::vector<StepCost> stepTo( Simulation& simulation, const Json& input,
         const Real next = std::min( outputs.next(), end );
         Kokkos::Timer timer;
         simulation.step( next );
+        // An empty domain's step has its price, too.
         costs.push_back(
-            { timer.seconds(), simulation.particles(), simulation.time() } );
+            { timer.seconds(),
+              std::max( std::int64_t( 1 ), simulation.particles() ),
+              simulation.time() } );
         if ( simulation.time() >= next )
             outputs.pass();
         if ( stop( simulation ) )

@@ -29,18 +29,16 @@ constexpr const char* option = "--estimate";
 constexpr Real affordable = 5, most_affordable = 30; // seconds
 constexpr Real affordable_share = 0.02;              // of the run
 //! @}
-//! Seconds of a calibration, its set-up included.
-constexpr Real longest_calibration = 10;
-//! Seconds after which a calibration has seen enough.
-constexpr Real enough = 0.3;
+//! Seconds after which a calibration has seen enough, and those that it may
+//! take for fewer steps than it should.
+constexpr Real enough = 0.3, longest_calibration = 3;
+//! Steps that a calibration should take: all that there is between two sorts,
+//! after a first one that meets cold memory.
+constexpr std::size_t calibration_steps = 21;
 //! A coarsest rung with fewer cells along its longest axis shows no flow.
 constexpr std::int64_t fewest_cells = 12;
 //! What a prediction is believed to, where the rungs fare no worse.
 constexpr Real least_doubt = 0.15;
-
-//! Steps that a calibration takes at least: all that there is between two
-//! sorts, after a first one that meets cold memory.
-constexpr std::size_t calibration_steps = 21;
 
 Real sumOfParticles( const std::vector<StepCost>& costs )
 {
@@ -129,6 +127,7 @@ Rung climb( const Communicator& ranks, const Json& input )
     rung.most = rung.first;
     for ( const auto& cost : rung.costs )
         rung.most = std::max( rung.most, cost.particles );
+    rung.bytes_per_particle = simulation->bytesPerParticle();
     sample( *simulation, input );
     rung.seconds = ranks.max( timer.seconds() );
     return rung;
@@ -183,13 +182,14 @@ Calibration calibrate( const Communicator& ranks, const Json& input )
     const auto simulation = makeCompanion( input, option );
     result.first = simulation->particles();
     Kokkos::Timer timer;
+    result.bytes_per_particle = simulation->bytesPerParticle();
     result.costs = stepTo(
         *simulation, input, input.at( "time" ).at( "end" ),
         [&]( const Simulation& s )
         {
             const Real seconds = ranks.max( timer.seconds() );
             return s.steps() < static_cast<std::int64_t>( calibration_steps )
-                       ? s.steps() > 3 && seconds > longest_calibration / 3
+                       ? s.steps() > 3 && seconds > longest_calibration
                        : seconds > enough;
         } );
     sample( *simulation, input );
@@ -276,13 +276,9 @@ Real doubtOf( const std::vector<Rung>& rungs )
     if ( rungs.size() < 2 )
         return least_doubt;
     const auto& finest = rungs.back();
-    const Calibration calibration{
-        finest.cells,
-        finest.first,
-        { finest.costs.begin(),
-          finest.costs.begin() +
-              static_cast<int>(
-                  std::min( finest.costs.size(), calibration_steps ) ) } };
+    Calibration calibration = finest;
+    calibration.costs.resize(
+        std::min( finest.costs.size(), calibration_steps ) );
     const auto told =
         forecast( { rungs.begin(), rungs.end() - 1 }, finest.fineness,
                   static_cast<Real>( finest.first ), calibration );
@@ -307,9 +303,8 @@ Calibration calibration( const Communicator& ranks, const Json& input,
         const Real larger = cellCount( coarse.at( "grid" ).at( "cells" ) ) /
                             cellCount( finest.cells );
         if ( larger <= 1 )
-            return { finest.cells, finest.first, finest.costs };
-        // A set-up takes as long as a few steps.
-        if ( 8 * step * larger < longest_calibration &&
+            return finest;
+        if ( 3 * step * larger < longest_calibration &&
              bytes * larger < 0.8 * free )
             return calibrate( ranks, coarse );
     }
@@ -360,7 +355,10 @@ ExitCode dryRun( const Json& input )
     print( "steps", fmt::format( "{:.0f}", told.steps ) );
     print( "particles", fmt::format( "{:.0f} at the start, {:.0f} at the end",
                                      first, told.last ) );
-    print( "memory", formatBytes( bytes ) );
+    print( "memory",
+           fmt::format(
+               "{} of the host; the particles take {}", formatBytes( bytes ),
+               formatBytes( told.most * first_steps.bytes_per_particle ) ) );
     print( "output",
            fmt::format( "{} times, {}", written,
                         formatBytes( static_cast<Real>( written ) *

@@ -11,18 +11,22 @@
 namespace Machpoint
 {
 
-//! A run to the end on a coarser grid, and what it tells of a finer one.
-struct Rung
+//! The first steps of a run.
+struct Calibration
 {
     std::vector<std::int64_t> cells; //!< [Dim]
-    Real fineness = 0;               //!< 1 / smallest spacing, 1/length
+    std::int64_t first = 0;          //!< particles at the start, of all ranks
+    std::vector<StepCost> costs;     //!< at least one
+    Real bytes_per_particle = 0;
+};
+
+//! All steps of a run on a coarser grid.
+struct Rung : Calibration
+{
+    Real fineness = 0; //!< 1 / smallest spacing, 1/length
     Real fixed = 0; //!< steps whatever the grid: of start and outputs, at most
-    //! \name Particles of all ranks
-    //! @{
-    std::int64_t first = 0, last = 0, most = 0;
-    //! @}
-    std::vector<StepCost> costs; //!< [steps]
-    Real seconds = 0;            //!< set-up included
+    std::int64_t last = 0, most = 0; //!< particles, of all ranks
+    Real seconds = 0;                //!< set-up included
 };
 
 //! What a run is expected to be.
@@ -31,14 +35,6 @@ struct Forecast
     Real steps = 0;
     Real last = 0, most = 0; //!< particles
     Real seconds = 0;        //!< of all steps
-};
-
-//! The first steps of a run.
-struct Calibration
-{
-    std::vector<std::int64_t> cells; //!< [Dim]
-    std::int64_t first = 0;          //!< particles at the start, of all ranks
-    std::vector<StepCost> costs;     //!< at least one
 };
 
 /*!
@@ -58,7 +54,7 @@ Forecast forecast( const std::vector<Rung>& rungs, Real fineness, Real first,
                    const Calibration& calibration );
 
 /*!
-  \brief Prints seconds, steps, particles, memory and output that a run of the
+  \brief Prints the time, steps, particles, memory and output that a run of the
   input would take on this machine, on so many ranks and threads. Writes no
   file. Collective.
   \return finished \throws InputError, NumericalFailure

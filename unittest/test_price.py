@@ -207,7 +207,7 @@ class DryRun(PriceTest):
                     ("steps", r"^  steps +(\d+)$"),
                     ("particles_initial", r"^  particles +(\d+) at the start"),
                     ("particles_final", r"(\d+) at the end$"),
-                    ("mebibytes", r"^  memory +(\S+) MiB$")]}
+                    ("mebibytes", r"^  memory +(\S+) MiB")]}
 
     def compare(self, scene, *sets, ranks=1):
         told = self.estimate(scene, *sets, ranks=ranks)

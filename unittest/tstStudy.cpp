@@ -250,7 +250,7 @@ TEST( Study, ARunIsForetoldByCoarserOnes )
     const std::vector<Rung> rungs = { rungOf( 25 ), rungOf( 50 ) };
     const auto run = rungOf( 200 );
     // The first quarter of it, on a machine half as fast.
-    Calibration calibration{ { 200 }, run.first, run.costs };
+    Calibration calibration = run;
     calibration.costs.resize( run.costs.size() / 4 );
     for ( auto& cost : calibration.costs )
         cost.seconds *= 2;
