@@ -59,8 +59,8 @@ class ArtificialViscosity : public Module<Dim>
                 "width; {}",
                 flow.shock, remedy );
         if ( flow.waves_grow && !( flow.is_undisturbed && flow.effects == 0 ) )
-            return fmt::format( "the integrator symplectic lets waves grow "
-                                "that artificial_viscosity does not damp; {}, "
+            return fmt::format( "the integrator symplectic lets waves grow, "
+                                "and no artificial_viscosity damps them; {}, "
                                 "or take \"time\": \"midpoint\"",
                                 remedy );
         return "";
