@@ -270,10 +270,11 @@ int runCommandLine( int argc, char** argv )
         .add_option( "--max-steps", options.max_steps, "end after step STEPS" )
         ->check( CLI::Range( std::int64_t( 0 ), options.max_steps, "STEPS" ) );
     run_command.add_flag( "--quiet", options.quiet, "no progress, no table" );
-    addInput( *app.add_subcommand( "check", "validate a scene" ) );
+    addInput( *app.add_subcommand( "check", "validate a scene, and warn" ) );
     StudyOptions study_options;
     auto& study_command =
-        *app.add_subcommand( "study", "what accuracy costs in time" );
+        *app.add_subcommand( "study", "what accuracy costs in time, and "
+                                      "what effects cost" );
     study_command.add_option( "STUDY", file, "JSON file of the study" )
         ->required();
     study_command.add_option( "--output", study_options.output,
