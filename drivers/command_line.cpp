@@ -285,10 +285,11 @@ int runCommandLine( int argc, char** argv )
     for ( const auto* name : { "--output", "--overwrite", "--restart",
                                "--max-steps", "--quiet", "--estimate-error" } )
         estimate.excludes( run_command.get_option( name ) );
-    addInput( *app.add_subcommand( "check", "validate a scene" ) );
+    addInput( *app.add_subcommand( "check", "validate a scene, and warn" ) );
     StudyOptions study_options;
     auto& study_command =
-        *app.add_subcommand( "study", "what accuracy costs in time" );
+        *app.add_subcommand( "study", "what accuracy costs in time, and "
+                                      "what effects cost" );
     study_command.add_option( "STUDY", file, "JSON file of the study" )
         ->required();
     study_command.add_option( "--output", study_options.output,

@@ -1,6 +1,7 @@
 /*!
   \file study.hpp
-  \brief Layer 7: `machpoint study`: what accuracy costs in time.
+  \brief Layer 7: `machpoint study`: what accuracy costs in time, and what
+  effects cost.
 */
 #ifndef MACHPOINT_STUDY_HPP
 #define MACHPOINT_STUDY_HPP

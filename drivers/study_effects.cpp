@@ -121,6 +121,14 @@ std::string heading( const std::string& name )
                : name;
 }
 
+//! A number with its sign; what rounds to nothing is +0.
+std::string signedNumber( const Real value, const int digits )
+{
+    const Real unit = std::pow( 10, -digits );
+    return fmt::format( "{:+.{}f}", std::abs( value ) < 0.5 * unit ? 0 : value,
+                        digits );
+}
+
 Real kernelsPerStep( const StudyRow& row )
 {
     return row.record.at( "kernels" ).get<Real>() /
@@ -155,12 +163,11 @@ std::string formatEntry( const Study& study, const Json& entry,
     { return 0 - entry.at( "price" ).at( key ).get<Real>(); };
     text += fmt::format(
         "{:>9}{:>11}{:>9}{:>11}{:>7}",
-        fmt::format( "{:+.1f}",
-                     kernelsPerStep( row ) - kernelsPerStep( whole ) ),
-        fmt::format( "{:+.3f} s", more( "seconds" ) ),
-        fmt::format( "{:+.1f} %", 100 * more( "seconds" ) / whole_seconds ),
+        signedNumber( kernelsPerStep( row ) - kernelsPerStep( whole ), 1 ),
+        signedNumber( more( "seconds" ), 3 ) + " s",
+        signedNumber( 100 * more( "seconds" ) / whole_seconds, 1 ) + " %",
         signedBytes( more( "array_bytes" ) ),
-        fmt::format( "{:+.0f}", more( "steps" ) ) );
+        signedNumber( more( "steps" ), 0 ) );
     for ( const auto& name : resultNames( study ) )
         text += fmt::format( "{:>{}}", number( row.error( name ) ),
                              heading( name ).size() + 3 );

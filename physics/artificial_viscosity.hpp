@@ -59,9 +59,9 @@ class ArtificialViscosity : public Module<Dim>
                 "width; {}",
                 flow.shock, remedy );
         if ( flow.waves_grow && !( flow.is_undisturbed && flow.effects == 0 ) )
-            return fmt::format( "the integrator symplectic lets waves grow, "
-                                "and no artificial_viscosity damps them; {}, "
-                                "or take \"time\": \"midpoint\"",
+            return fmt::format( "without artificial_viscosity the integrator "
+                                "symplectic lets waves grow; {}, or take "
+                                "\"time\": \"midpoint\"",
                                 remedy );
         return "";
     }

@@ -211,6 +211,9 @@ def effects(study):
         axes[3].axvline(study.error_of(whole), color="black", label="as it is")
         axes[3].set_xlabel(f"{study.error} against the exact solution")
         axes[3].set_xscale("log")
+        # What has blown up may leave the picture.
+        axes[3].set_xlim(0.3 * study.error_of(whole), min(
+            axes[3].get_xlim()[1], 100 * study.error_of(whole)))
         axes[3].legend(fontsize=7)
     for axis in axes:
         axis.grid(axis="x", alpha=0.25)

@@ -353,6 +353,12 @@ TEST_F( StudyFiles, GridsAreComparedAtTheCentresOfTheFirstOnesCells )
     EXPECT_NEAR( errors.at( "density.L2" ).get<Real>(), 2 * 0.25, round_off );
     EXPECT_NEAR( errors.at( "density.Linf" ).get<Real>(), 0.25, round_off );
     EXPECT_EQ( errors.at( "velocity.L1" ), 0 );
+    // Of 1 + x + .25, whose mean over the four cells is 3.25.
+    const auto changes = gridChanges( _folder / "a", _folder / "b", input );
+    EXPECT_NEAR( changes.at( "density.change" ).get<Real>(), 0.25 / 3.25,
+                 round_off );
+    EXPECT_EQ( changes.at( "velocity.change" ), 0 );
+    EXPECT_EQ( changes.at( "pressure.change" ), 0 );
     // Centres 1.5 and 2.5 lie beside the empty node at 2.25.
     errors = gridErrors( _folder / "a", _folder / "holed", input );
     EXPECT_NEAR( errors.at( "density.L1" ).get<Real>(), 2 * 0.25, round_off );
