@@ -5,7 +5,7 @@ Usage: python3 benchmarks/accuracy [--machpoint PATH] [--study NAME]...
 
 Runs input/studies/*.json on one thread, each into DIR/NAME, and the advice of
 ADVICE below; prints a table for each. --docs also writes the tables to
-docs/accuracy.md, and the pictures to docs/pictures. What is in DIR already is not
+docs/accuracy.md, and the pictures that it shows to docs/pictures. What is in DIR already is not
 run again. --repeats replaces that of the studies. Exit code: 0; 1 when a study
 fails.
 """
@@ -147,8 +147,9 @@ def main():
         print(f"{name}\n{text}")
         if arguments.docs:
             page.write(f"study {name}", text, PAGE)
-            shutil.copy(folder / picture,
-                        ROOT / f"docs/pictures/study_{name}.png")
+            shown = f"pictures/{name if is_of_effects else f'study_{name}'}.png"
+            if shown in PAGE.read_text():
+                shutil.copy(folder / picture, ROOT / "docs" / shown)
     text = advice_table(studies.values())
     seen = watch.report(sum(map(spreads, studies.values()), []))
     revisions = {row["revision"] for study in studies.values()
