@@ -2,7 +2,8 @@
 # (dimension, basis), with all methods, and core/stepper_list.hpp, which lists them.
 # Units compile in parallel, and in less memory than one; but three quarters of the
 # code of a stepper are those of any other, so one unit for each method as well
-# would take half as long again.
+# would take half as long again. Presets join other sources of the library, six to
+# a unit, as most of the time goes into headers; these units are large already.
 
 function(machpoint_camel_case out name)
   string(SUBSTRING "${name}" 0 1 head)
@@ -33,6 +34,10 @@ function(machpoint_add_steppers target)
     configure_file("${PROJECT_SOURCE_DIR}/cmake/modules.cpp.in" "${source}"
                    @ONLY)
     target_sources(${target} PRIVATE "${source}")
+    if(NOT Kokkos_ENABLE_CUDA)
+      set_source_files_properties("${source}" PROPERTIES
+                                  SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
   endforeach()
   foreach(DIM IN LISTS Machpoint_DIMENSIONS)
     foreach(basis IN LISTS Machpoint_BASES)
@@ -50,6 +55,10 @@ function(machpoint_add_steppers target)
       configure_file("${PROJECT_SOURCE_DIR}/cmake/stepper.cpp.in" "${source}"
                      @ONLY)
       target_sources(${target} PRIVATE "${source}")
+      if(NOT Kokkos_ENABLE_CUDA)
+        set_source_files_properties("${source}" PROPERTIES
+                                    SKIP_UNITY_BUILD_INCLUSION ON)
+      endif()
     endforeach()
   endforeach()
   configure_file("${PROJECT_SOURCE_DIR}/cmake/stepper_list.hpp.in"

@@ -445,7 +445,7 @@ void writeHdf5( const Communicator& ranks, const fs::path& target,
 namespace
 {
 
-[[noreturn]] void refuse( const fs::path& file, const std::string& reason )
+[[noreturn]] void refuseHdf5( const fs::path& file, const std::string& reason )
 {
     throw IoError( fmt::format( "{}: {}; is it a file of this program, and "
                                 "whole?",
@@ -467,7 +467,7 @@ Hdf5Reader::Hdf5Reader( const fs::path& file ) : _path( file )
     const QuietHdf5 quiet;
     _file = H5Fopen( file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT );
     if ( _file < 0 )
-        refuse( file, "cannot be read as an HDF5 file" );
+        refuseHdf5( file, "cannot be read as an HDF5 file" );
 }
 
 Hdf5Reader::~Hdf5Reader()
@@ -488,7 +488,7 @@ std::vector<std::size_t> Hdf5Reader::shape( const std::string& name ) const
     const Handle dataset( H5Dopen2( _file, name.c_str(), H5P_DEFAULT ),
                           H5Dclose );
     if ( dataset < 0 )
-        refuse( _path, "there is no dataset " + name );
+        refuseHdf5( _path, "there is no dataset " + name );
     const Handle space( H5Dget_space( dataset ), H5Sclose );
     std::vector<hsize_t> extents(
         static_cast<std::size_t>( H5Sget_simple_extent_ndims( space ) ) );
@@ -508,16 +508,17 @@ void Hdf5Reader::readBlock( const std::string& name, const Dataset::Type type,
         inside = start[axis] <= whole[axis] &&
                  shape[axis] <= whole[axis] - start[axis];
     if ( !inside )
-        refuse( _path, fmt::format( "the dataset {} is [{}], and lacks a block "
-                                    "[{}] from [{}]",
-                                    name, fmt::join( whole, "][" ),
-                                    fmt::join( shape, "][" ),
-                                    fmt::join( start, "][" ) ) );
+        refuseHdf5( _path,
+                    fmt::format( "the dataset {} is [{}], and lacks a block "
+                                 "[{}] from [{}]",
+                                 name, fmt::join( whole, "][" ),
+                                 fmt::join( shape, "][" ),
+                                 fmt::join( start, "][" ) ) );
     const Handle dataset( H5Dopen2( _file, name.c_str(), H5P_DEFAULT ),
                           H5Dclose );
     const Handle stored( H5Dget_type( dataset ), H5Tclose );
     if ( !fits( stored, type ) )
-        refuse( _path, "the dataset " + name + " has another type" );
+        refuseHdf5( _path, "the dataset " + name + " has another type" );
     if ( count( shape ) == 0 )
         return;
     const Handle space( H5Dget_space( dataset ), H5Sclose );
@@ -525,7 +526,7 @@ void Hdf5Reader::readBlock( const std::string& name, const Dataset::Type type,
     if ( select( space, start, shape ) < 0 ||
          H5Dread( dataset, nativeType( type ), memory, space, H5P_DEFAULT,
                   values ) < 0 )
-        refuse( _path, "cannot read the dataset " + name );
+        refuseHdf5( _path, "cannot read the dataset " + name );
 }
 
 std::size_t Hdf5Reader::attributeSize( const std::string& name ) const
@@ -534,7 +535,7 @@ std::size_t Hdf5Reader::attributeSize( const std::string& name ) const
     const Handle attribute( H5Aopen( _file, name.c_str(), H5P_DEFAULT ),
                             H5Aclose );
     if ( attribute < 0 )
-        refuse( _path, "there is no attribute " + name );
+        refuseHdf5( _path, "there is no attribute " + name );
     const Handle space( H5Aget_space( attribute ), H5Sclose );
     return static_cast<std::size_t>( H5Sget_simple_extent_npoints( space ) );
 }
@@ -547,9 +548,9 @@ void Hdf5Reader::readAttribute( const std::string& name,
                             H5Aclose );
     const Handle stored( H5Aget_type( attribute ), H5Tclose );
     if ( !fits( stored, type ) )
-        refuse( _path, "the attribute " + name + " has another type" );
+        refuseHdf5( _path, "the attribute " + name + " has another type" );
     if ( H5Aread( attribute, nativeType( type ), values ) < 0 )
-        refuse( _path, "cannot read the attribute " + name );
+        refuseHdf5( _path, "cannot read the attribute " + name );
 }
 
 #else

@@ -30,9 +30,9 @@ Extrapolation extrapolate( const Real near, const std::optional<Real> far,
 namespace
 {
 
-constexpr const char* option = "--estimate-error";
+constexpr const char* estimate_error = "--estimate-error";
 constexpr std::int64_t factors[] = { 2, 4 };
-constexpr std::int64_t fewest_cells = 8;
+constexpr std::int64_t fewest_companion_cells = 8;
 
 //! What one companion left; no fields unless it came to its end.
 struct Companion
@@ -50,7 +50,7 @@ Companion runCompanion( const Json& input, const Real time,
     Kokkos::Timer timer;
     try
     {
-        const auto simulation = makeCompanion( input, option );
+        const auto simulation = makeCompanion( input, estimate_error );
         stepTo( *simulation, input, time, stop );
         if ( simulation->time() < time )
         {
@@ -97,7 +97,7 @@ void requireCompanions( const Json& input )
         throw InputError( { "/grid/cells: --estimate-error runs the scene on "
                             "half the cells, too, and these are too few for "
                             "that; take 8 or more along an axis" } );
-    makeCompanion( coarse, option );
+    makeCompanion( coarse, estimate_error );
 }
 
 Json estimateError( const Json& input, const GridData& fine, const Real time,
@@ -116,7 +116,7 @@ Json estimateError( const Json& input, const GridData& fine, const Real time,
     }
     std::optional<Companion> quarter;
     if ( const auto coarse = coarsened( input, factors[1] );
-         resolution( coarse ) >= fewest_cells )
+         resolution( coarse ) >= fewest_companion_cells )
         quarter = runCompanion( coarse, time, stop, list );
     result["seconds"] = timer.seconds();
     const GridFields whole( wholeGrid( ranks, fine ) );

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -21,7 +20,6 @@ namespace Machpoint
 namespace
 {
 
-constexpr Real infinity = std::numeric_limits<Real>::infinity();
 constexpr int most_samples = 250000;
 //! Pressure behind a wave over that ahead of it which makes it a shock.
 constexpr Real least_shock = 1.1;
@@ -379,7 +377,7 @@ class Survey
     std::vector<Shape<Dim, Kokkos::HostSpace>> _bodies;
     std::vector<GasState> _gas;
     std::optional<GasState> _first;
-    Real _least_speed = infinity;
+    Real _least_speed = Kokkos::Experimental::infinity_v<Real>;
     bool _is_uniform = true;
 };
 

@@ -7,6 +7,7 @@
 #include <drivers/error_estimate.hpp>
 #include <drivers/study_error.hpp>
 #include <drivers/study_fit.hpp>
+#include <drivers/study_probe.hpp>
 
 #include <core/file.hpp>
 #include <core/hdf5_file.hpp>
@@ -329,9 +330,11 @@ void writeGrid( const std::filesystem::path& folder, const Real lower,
                          : 1 + lower + spacing * static_cast<Real>( i ) + shift;
     const std::vector<Real> first = { lower, 0.5 };
     const std::vector<Real> spacings = { spacing, 1 };
+    const Real time = 1;
     const Communicator ranks;
     writeHdf5( ranks, folder / "grid/00000003.h5",
-               { { "lower", { 2 }, first.data() },
+               { { "time", {}, &time },
+                 { "lower", { 2 }, first.data() },
                  { "spacing", { 2 }, spacings.data() } },
                { { "density", { 1, n }, density.data() },
                  { "pressure", { 1, n }, ones.data() },
@@ -364,6 +367,28 @@ TEST_F( StudyFiles, GridsAreComparedAtTheCentresOfTheFirstOnesCells )
     EXPECT_NEAR( errors.at( "density.L1" ).get<Real>(), 2 * 0.25, round_off );
     EXPECT_THROW( gridErrors( _folder / "a", _folder / "none", input ),
                   IoError );
+}
+
+TEST_F( StudyFiles, ProbesReadPlacesAndLines )
+{
+    writeGrid( _folder, 0.5, 1, 4, 0, 99 ); // density 1 + x
+    const auto probes = Json::parse( R"([
+        { "type": "point", "name": "here", "field": "density",
+          "at": [1.25, 0.5] },
+        { "type": "maximum", "name": "most", "field": "density",
+          "from": [1, 0.5], "to": [3, 0.5] },
+        { "type": "crossing", "name": "front", "field": "density", "value": 3,
+          "from": [3.5, 0.5], "to": [0.5, 0.5] },
+        { "type": "crossing", "name": "none", "field": "density", "value": 9,
+          "from": [3.5, 0.5], "to": [0.5, 0.5] } ])" );
+    const auto means = probeMeans( _folder, probes );
+    EXPECT_NEAR( means.at( "here.density" ).get<Real>(), 2.25, round_off );
+    EXPECT_NEAR( means.at( "most.density" ).get<Real>(), 4, round_off );
+    EXPECT_NEAR( means.at( "front.distance" ).get<Real>(), 1.5, round_off );
+    EXPECT_TRUE( means.at( "none.distance" ).is_null() );
+    EXPECT_EQ( misfitPlaces( probes[1], 3 ),
+               ( std::vector<std::string>{ "from", "to" } ) );
+    EXPECT_THROW( probeMeans( _folder / "none", probes ), IoError );
 }
 #endif
 
