@@ -152,16 +152,20 @@ inline bool any( const LaneMask& mask )
     return Kokkos::Experimental::any_of( mask );
 }
 
+//! Tiles ahead of a kernel that the processor is told to fetch. It takes some
+//! members of every tile, in an order that the processor does not foresee.
+inline constexpr int tiles_ahead = 4;
+
 // A slice of an AoSoA holds as many neighbours as its tiles are long, and packs
-// never cross tiles. A kernel takes some members of every tile, which the
-// processor does not foresee, so it is told to fetch those of the next tile.
+// never cross tiles.
 template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION Lanes load( const Slice& slice, const Pack p,
                                         const D... d )
 {
     static_assert( Slice::vector_length % lane_count == 0 );
     Lanes value;
-    __builtin_prefetch( &slice( p.first, d... ) + Slice::soa_stride );
+    __builtin_prefetch( &slice( p.first, d... ) +
+                        tiles_ahead * Slice::soa_stride );
     std::memcpy( static_cast<void*>( &value ), &slice( p.first, d... ),
                  sizeof( Lanes ) );
     return value;

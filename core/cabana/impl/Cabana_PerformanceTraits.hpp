@@ -12,12 +12,13 @@ namespace Cabana
 namespace Impl
 {
 
-//! Host threads: two cache lines of doubles for each component.
+//! Host threads: a cache line of doubles, and of AVX-512 a register, for each
+//! component.
 template <class ExecutionSpace>
 struct PerformanceTraits
 {
     //! Default length of the arrays inside a struct.
-    static constexpr int vector_length = 16;
+    static constexpr int vector_length = 8;
 };
 
 #if defined( KOKKOS_ENABLE_CUDA )
