@@ -138,16 +138,18 @@ class Obstacle : public Module<Dim>
                            } );
             },
             near );
+        const auto rows = collect(
+            "Machpoint::findNear", 0, n, near,
+            KOKKOS_LAMBDA( const int p ) { return distances( p ) < reach; } );
         auto& images = state.images;
         images.reserve( near );
         _first_image = images.count;
         const auto list = images;
         int added = 0;
         Kokkos::parallel_scan(
-            "Machpoint::mirrorParticles", Range( 0, n ),
-            KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
-                if ( distances( p ) >= reach )
-                    return;
+            "Machpoint::mirrorParticles", Range( 0, near ),
+            KOKKOS_LAMBDA( const int i, int& k, const bool final ) {
+                const int p = rows( i );
                 const auto y = get<Dim>( x, p );
                 const Mirror<Dim> mirror{ shape.normal( y ), distances( p ) };
                 const auto image = mirror.point( y );

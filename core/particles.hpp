@@ -7,6 +7,7 @@
 #define MACHPOINT_PARTICLES_HPP
 
 #include <core/archive.hpp>
+#include <core/collect.hpp>
 #include <core/communicator.hpp>
 #include <core/traffic.hpp>
 #include <core/types.hpp>
@@ -455,34 +456,17 @@ class Particles
             return;
         const int n = size();
         const int kept = n - removed;
-        auto id = slice<Id>();
-        IndexList holes( "Machpoint::holes", removed );
-        IndexList movers( "Machpoint::movers", removed );
-        int holes_found = 0;
-        Kokkos::parallel_scan(
-            "Machpoint::findHoles", Range( 0, kept ),
-            KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
-                if ( id( p ) < 0 )
-                {
-                    if ( final )
-                        holes( k ) = p;
-                    ++k;
-                }
-            },
-            holes_found );
-        Kokkos::parallel_scan(
-            "Machpoint::findMovers", Range( kept, n ),
-            KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
-                if ( id( p ) >= 0 )
-                {
-                    if ( final )
-                        movers( k ) = p;
-                    ++k;
-                }
-            } );
-        Impl::moveTuples( _aosoa, movers, holes, holes_found );
+        const auto id = slice<Id>();
+        const auto holes = collect(
+            "Machpoint::findHoles", 0, kept, removed,
+            KOKKOS_LAMBDA( const int p ) { return id( p ) < 0; } );
+        const auto movers = collect(
+            "Machpoint::findMovers", kept, n, removed,
+            KOKKOS_LAMBDA( const int p ) { return id( p ) >= 0; } );
+        const int moved = static_cast<int>( holes.extent( 0 ) );
+        Impl::moveTuples( _aosoa, movers, holes, moved );
         for ( auto& sidecar : _sidecars )
-            sidecar->move( movers, holes, holes_found );
+            sidecar->move( movers, holes, moved );
         resize( kept );
     }
 
@@ -522,20 +506,14 @@ class Particles
             return sums[0];
         Traffic::own().migrated_particles += count;
         ++Traffic::own().collectives; // of the plan
-        IndexList rows( "Machpoint::leavingRows", count );
-        IndexList targets( "Machpoint::targetRanks", count );
-        Kokkos::parallel_scan(
-            "Machpoint::findLeaving", Range( 0, n ),
-            KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
-                if ( ranks( p ) != own )
-                {
-                    if ( final )
-                    {
-                        rows( k ) = p;
-                        targets( k ) = ranks( p );
-                    }
-                    ++k;
-                }
+        const auto rows = collect(
+            "Machpoint::findLeaving", 0, n, count,
+            KOKKOS_LAMBDA( const int p ) { return ranks( p ) != own; } );
+        const IndexList targets( "Machpoint::targetRanks", count );
+        Kokkos::parallel_for(
+            "Machpoint::targetRanks", Range( 0, count ),
+            KOKKOS_LAMBDA( const int k ) {
+                targets( k ) = ranks( rows( k ) );
             } );
         const ParticlePlan plan( comm, targets );
         const auto arrived = Impl::sendTuples( plan, _aosoa, rows );

@@ -113,16 +113,9 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     if ( comm.sum( static_cast<std::int64_t>( count ) ) == 0 )
         return;
 
-    IndexList large( "Machpoint::largeParticles", count );
-    Kokkos::parallel_scan(
-        "Machpoint::findLarge", Range( 0, n ),
-        KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
-            if ( V( p ) > widest && m( p ) > mass_floor * original( p ) )
-            {
-                if ( final )
-                    large( k ) = p;
-                ++k;
-            }
+    const auto large = collect(
+        "Machpoint::findLarge", 0, n, count, KOKKOS_LAMBDA( const int p ) {
+            return V( p ) > widest && m( p ) > mass_floor * original( p );
         } );
     const auto number = numberByParent( state, large );
     state.particles.resize( n + count );
