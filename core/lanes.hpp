@@ -138,6 +138,20 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Real value,
 {
     slice( p.first, d... ) = value;
 }
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION void
+storeWhere( const LaneMask mask, const Slice& slice, const Real value,
+            const Pack p, const D... d )
+{
+    if ( mask )
+        slice( p.first, d... ) = value;
+}
+template <class Slice>
+KOKKOS_FORCEINLINE_FUNCTION void copy( const Slice& from, const Slice& to,
+                                       const Pack p )
+{
+    to( p.first ) = from( p.first );
+}
 
 #else
 
@@ -150,6 +164,10 @@ inline Lanes choose( const LaneMask& first, const Lanes& a, const Lanes& b )
 inline bool any( const LaneMask& mask )
 {
     return Kokkos::Experimental::any_of( mask );
+}
+inline bool all( const LaneMask& mask )
+{
+    return Kokkos::Experimental::all_of( mask );
 }
 
 //! Tiles ahead of a kernel that the processor is told to fetch. It takes some
@@ -177,6 +195,27 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Lanes& value,
     static_assert( Slice::vector_length % lane_count == 0 );
     std::memcpy( &slice( p.first, d... ), static_cast<const void*>( &value ),
                  sizeof( Lanes ) );
+}
+
+//! Stores the lanes of a mask and leaves the others.
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION void
+storeWhere( const LaneMask& mask, const Slice& slice, const Lanes& value,
+            const Pack p, const D... d )
+{
+    if ( all( mask ) )
+        store( slice, value, p, d... );
+    else
+        store( slice, choose( mask, value, load( slice, p, d... ) ), p, d... );
+}
+//! Copies a number of each particle, of any type of 8 bytes.
+template <class Slice>
+KOKKOS_FORCEINLINE_FUNCTION void copy( const Slice& from, const Slice& to,
+                                       const Pack p )
+{
+    static_assert( sizeof( typename Slice::value_type ) == sizeof( Real ) );
+    __builtin_prefetch( &from( p.first ) + tiles_ahead * Slice::soa_stride );
+    std::memcpy( &to( p.first ), &from( p.first ), sizeof( Lanes ) );
 }
 
 KOKKOS_FORCEINLINE_FUNCTION Lanes at( const NodeView& nodes,

@@ -48,6 +48,12 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto pressure = state.particles.template slice<Pressure>();
+    const auto next_x = state.particles.template next<Position>();
+    const auto next_v = state.particles.template next<Velocity>();
+    const auto next_C = state.particles.template next<VelocityGradient>();
+    const auto next_V = state.particles.template next<Volume>();
+    const auto next_e = state.particles.template next<SpecificInternalEnergy>();
+    const auto carry = carryOver( state.particles );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -102,8 +108,8 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
                 squares -= change[a] * change[a];
                 const Lanes new_v = old_v[a] + change[a];
                 new_x[a] = old_x[a] + dt * new_v;
-                store( v, choose( mine, new_v, old_v[a] ), p, a );
-                store( x, choose( mine, new_x[a], old_x[a] ), p, a );
+                storeWhere( mine, next_v, new_v, p, a );
+                storeWhere( mine, next_x, new_x[a], p, a );
             }
             for ( int b = 0; b < Dim; ++b )
             {
@@ -125,7 +131,7 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
                     const Lanes slope =
                         Basis::constant_moment ? fit[a][b] / moment : fit[a][b];
                     const Lanes kept = slope * factor;
-                    store( C, choose( mine, kept, old_C[a][b] ), p, a, b );
+                    storeWhere( mine, next_C, kept, p, a, b );
                     affine += slope * slope * moment;
                     affine_new += kept * kept * moment_new;
                 }
@@ -138,10 +144,10 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
             const Lanes old_e = load( e, p );
             const Lanes work = load( pressure, p ) * old_V / load( m, p ) * D;
             const Lanes new_V = old_V * exponential( Lanes( dt * D ) );
-            store( e, choose( mine, old_e + loss - dt * work, old_e ), p );
-            store( V,
-                   choose( mine, Kokkos::min( new_V, Lanes( widest ) ), old_V ),
-                   p );
+            storeWhere( mine, next_e, old_e + loss - dt * work, p );
+            storeWhere( mine, next_V, Kokkos::min( new_V, Lanes( widest ) ),
+                        p );
+            carry( p );
         } );
 }
 } // namespace Impl

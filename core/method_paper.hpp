@@ -20,10 +20,11 @@ constexpr Real min_volume_ratio = 0.1;
 
 //! Line 6: v_p += sum w (v'_i - v_i), the FLIP update.
 template <class Basis, int Dim>
-void updateParticleVelocity( const State<Dim>& state )
+void updateParticleVelocity( State<Dim>& state )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
+    const auto next_v = state.particles.template next<Velocity>();
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -45,8 +46,9 @@ void updateParticleVelocity( const State<Dim>& state )
                                        at( velocities, i.row, d ) );
                          } );
             for ( int d = 0; d < Dim; ++d )
-                store( v, load( v, p, d ) + change[d], p, d );
+                store( next_v, load( v, p, d ) + change[d], p, d );
         } );
+    state.particles.template reached<Velocity>();
 }
 
 //! Line 7: the momentum of the updated particles, (mv)_i = sum m w v.
@@ -99,11 +101,15 @@ template <class Basis, int Dim>
 void updateParticles( const State<Dim>& state, const NodeView& velocity )
 {
     const auto x = state.particles.template slice<Position>();
-    const auto L = state.particles.template slice<VelocityGradient>();
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto pressure = state.particles.template slice<Pressure>();
+    const auto next_x = state.particles.template next<Position>();
+    const auto next_L = state.particles.template next<VelocityGradient>();
+    const auto next_V = state.particles.template next<Volume>();
+    const auto next_e = state.particles.template next<SpecificInternalEnergy>();
+    const auto carry = carryOver( state.particles );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -134,14 +140,15 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
             {
                 D += gradient[a][a];
                 for ( int b = 0; b < Dim; ++b )
-                    store( L, gradient[a][b], p, a, b );   // 9a
-                store( x, old_x[a] + dt * move[a], p, a ); // 10
+                    store( next_L, gradient[a][b], p, a, b );   // 9a
+                store( next_x, old_x[a] + dt * move[a], p, a ); // 10
             }
             const Lanes volume = load( V, p );
             const Lanes work = load( pressure, p ) * volume / load( m, p ) * D;
-            store( e, load( e, p ) - dt * work, p ); // 9b
-            store( V, volume * Kokkos::max( 1 + dt * D, Lanes( least ) ),
+            store( next_e, load( e, p ) - dt * work, p ); // 9b
+            store( next_V, volume * Kokkos::max( 1 + dt * D, Lanes( least ) ),
                    p ); // 9c
+            carry( p );
         } );
 }
 } // namespace Impl

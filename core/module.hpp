@@ -9,6 +9,7 @@
 
 #include <core/archive.hpp>
 #include <core/images.hpp>
+#include <core/next_state.hpp>
 #include <core/node_sum.hpp>
 #include <core/parameters.hpp>
 #include <core/particles.hpp>

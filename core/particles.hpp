@@ -396,7 +396,8 @@ class Particles
   public:
     using aosoa_type = Cabana::AoSoA<ParticleMembers<Dim>, MemorySpace>;
 
-    Particles() : _aosoa( "Machpoint::particles" ), _saved( "Machpoint::saved" )
+    Particles()
+        : _aosoa( "Machpoint::particles" ), _other( "Machpoint::otherState" )
     {
     }
 
@@ -411,12 +412,71 @@ class Particles
             sidecar->resize( n );
     }
 
-    //! A member of every particle, e.g. slice<Mass>().
+    //! A member of every particle, e.g. slice<Mass>(); within a step the value
+    //! that the step has come to, where it has been `reached`.
     template <std::size_t M>
     auto slice() const
     {
-        return Cabana::slice<M>( _aosoa );
+        return Cabana::slice<M>( _reached[M] ? _other : _aosoa );
     }
+
+    /*!
+      \name A step
+      Between beginStep and endStep kernels read the old state from slice<M>()
+      and write the new one to next<M>(), so that the old one is there to return
+      to. Every member has to be written; carryOver does it for those that the
+      step leaves.
+      @{
+    */
+    //! \param keeps false: the step overwrites the old state
+    void beginStep( const bool keeps )
+    {
+        _keeps = keeps;
+        if ( !keeps )
+            return;
+        Impl::resizeWithSlack( _other, _aosoa.size() );
+        for ( auto& sidecar : _sidecars )
+            sidecar->save();
+    }
+    //! A member of the new state.
+    template <std::size_t M>
+    auto next() const
+    {
+        return Cabana::slice<M>( _keeps ? _other : _aosoa );
+    }
+    //! From here on slice<M>() is the new one's.
+    template <std::size_t... M>
+    void reached()
+    {
+        ( ( _reached[M] = _keeps ), ... );
+    }
+    //! All is new; the old state is `old()`.
+    void endStep()
+    {
+        if ( _keeps )
+            std::swap( _aosoa, _other );
+        _reached = {};
+        _keeps = false;
+    }
+    //! Are values written to another place than they are read from?
+    bool keeps() const { return _keeps; }
+    //! The state before the step.
+    const aosoa_type& old() const { return _other; }
+    //! Returns to the state before the step that has ended last.
+    void restore()
+    {
+        std::swap( _aosoa, _other );
+        for ( auto& sidecar : _sidecars )
+            sidecar->restore( _aosoa.size() );
+    }
+    //! Makes this the state to return to until a step begins.
+    void save()
+    {
+        Impl::copyParticles( _other, _aosoa );
+        for ( auto& sidecar : _sidecars )
+            sidecar->save();
+    }
+    //! @}
 
     //! The AoSoA itself.
     aosoa_type& data() { return _aosoa; }
@@ -434,11 +494,11 @@ class Particles
         return reference;
     }
 
-    //! Reorders particles and sidecars. What was saved is lost.
-    //! \param keep_spare the memory of the old order, which `save` needs too
+    //! Reorders particles and sidecars. There is no state to return to then.
+    //! \param keep_spare the memory of the old order, which a step needs too
     void permute( const ParticleBins& bins, const bool keep_spare )
     {
-        Impl::permute( bins, _aosoa, _saved, keep_spare );
+        Impl::permute( bins, _aosoa, _other, keep_spare );
         for ( auto& sidecar : _sidecars )
             sidecar->permute( bins, keep_spare );
     }
@@ -535,20 +595,6 @@ class Particles
 #endif
     }
 
-    //! Keeps a copy of all particles and sidecars.
-    void save()
-    {
-        Impl::copyParticles( _saved, _aosoa );
-        for ( auto& sidecar : _sidecars )
-            sidecar->save();
-    }
-    //! Returns to the copy.
-    void restore()
-    {
-        Impl::copyParticles( _aosoa, _saved );
-        for ( auto& sidecar : _sidecars )
-            sidecar->restore( _aosoa.size() );
-    }
     //! Writes all particles and sidecars in their order, or reads them.
     //! \throws ArchiveError
     void checkpoint( Archive& archive )
@@ -559,18 +605,12 @@ class Particles
             sidecar->checkpoint( archive, _aosoa.size() );
     }
 
-    //! The copy.
-    const aosoa_type& saved() const
-    {
-        return _saved;
-    }
-
     //! Bytes that one particle takes, sidecars and copies included.
     Real bytesPerParticle() const
     {
         if ( size() == 0 )
             return 0;
-        std::size_t bytes = ( _aosoa.numSoA() + _saved.numSoA() ) *
+        std::size_t bytes = ( _aosoa.numSoA() + _other.numSoA() ) *
                             sizeof( typename aosoa_type::soa_type );
         for ( const auto& sidecar : _sidecars )
             bytes += sidecar->bytes();
@@ -579,7 +619,9 @@ class Particles
 
   private:
     aosoa_type _aosoa;
-    aosoa_type _saved;
+    aosoa_type _other; // the state before a step, or the one after it
+    bool _keeps = false;
+    Kokkos::Array<bool, ParticleMembers<Dim>::size> _reached{};
     IndexList _ranks; // scratch of migrate, [>= size]
     std::vector<std::unique_ptr<SidecarBase>> _sidecars;
 };

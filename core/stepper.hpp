@@ -157,7 +157,9 @@ class Stepper : public Simulation
         if ( comm().size() > 1 )
             layOut();
         migrate();
-        keepState();
+        keepLedger();
+        if ( _most_retries > 0 )
+            state.particles.save();
     }
 
   private:
@@ -217,7 +219,7 @@ class Stepper : public Simulation
     }
 
     //! All that comes before the choice of dt: rearranged, checked and sorted
-    //! particles, and a copy of them to return to.
+    //! particles.
     void prepare()
     {
         auto& state = _scene.state;
@@ -231,22 +233,17 @@ class Stepper : public Simulation
             Profile::Phase phase( "guard" );
             survey( own );
         }
-        // A state that is sound, so that it may replace the copy.
+        // A state that is sound, so that the one before is not needed.
         if ( state.step % _sort_every == 0 )
             sortParticles();
         balance();
-        Profile::Phase phase( "guard" );
-        keepState();
+        keepLedger();
     }
 
-    //! Keeps a copy of the state for a step that is repeated.
-    void keepState()
+    //! Keeps what is not of the particles for a step that is repeated.
+    void keepLedger()
     {
-        if ( _most_retries == 0 )
-            return;
-        const Profile::Effect effect( "retries" );
-        auto& state = _scene.state;
-        state.particles.save();
+        const auto& state = _scene.state;
         _saved_ledger = state.ledger;
         _saved_time = state.time;
         _saved_step = state.step;
@@ -256,6 +253,11 @@ class Stepper : public Simulation
     void advance()
     {
         auto& state = _scene.state;
+        {
+            Profile::Phase phase( "guard" );
+            const Profile::Effect effect( "retries" );
+            state.particles.beginStep( _most_retries > 0 );
+        }
         Method::template drift<Basis>( state, _storage );
         state.images.count = 0;
         each( "images", &Module<Dim>::mirrorParticles );
@@ -294,6 +296,7 @@ class Stepper : public Simulation
                 state, _storage,
                 [this]( const GridVelocity& v ) { constrain( v ); } );
         }
+        state.particles.endStep();
         each( "particle source", &Module<Dim>::particleSource );
     }
 

@@ -139,7 +139,7 @@ kindOfFault( const Vectors& x, const Vectors& old_x, const Vectors& v,
 
 /*!
   \brief The check after a step: finite, positive volume and energy, no
-  particle moved by more than a cell since Particles::save.
+  particle moved by more than a cell since the step began.
   \param positive_energy is a negative energy a fault?
 */
 template <int Dim>
@@ -149,7 +149,7 @@ Fault findFault( const State<Dim>& state, const bool positive_energy )
     const auto v = state.particles.template slice<Velocity>();
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto old_x = Cabana::slice<Position>( state.particles.saved() );
+    const auto old_x = Cabana::slice<Position>( state.particles.old() );
     const auto spacing = state.grid.spacing;
     const int n = state.particles.size();
     const Real least_energy =

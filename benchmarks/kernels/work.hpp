@@ -103,29 +103,30 @@ class WorkOfStep
                      on_nodes );
     }
 
-    //! x, v, C, m, V, e, p read; x, v, C, V, e written. `paper` needs no C,
-    //! and writes and reads a second velocity on nodes; `conservative` reads c,
-    //! beta, theta and two fields on faces, of which it writes one.
+    //! All columns read and written: the new state stands beside the old one.
+    //! `paper` needs no C, reads the new v again, and writes and reads a second
+    //! velocity on nodes; `conservative` reads beta, theta and two fields on
+    //! faces, of which it writes one.
     Work gridToParticles() const
     {
         const Real N = stencil_nodes;
-        const Real written = 2 * D + D * D + 2;
+        const Real written = 2 * D + D * D + 6;
         if ( is_paper )
             return work(
-                2 * D + 4 + written, 2 * D + 2 * D,
+                3 * D + 6 + written, 2 * D + 2 * D,
                 3 * stencil() +
                     N * ( 1 + 3 * D + 2 + 2 * D + 1 + 3 * D + 2 * D * D ) +
                     4 * D + 8,
                 D );
         const Real tail = 4 * D + 5 * D * D + 12;
         if ( is_conservative )
-            return work( 2 * D + D * D + 5 + written +
+            return work( 2 * D + D * D + 6 + written +
                              ( s.midpoint ? D + 2 : 0 ),
                          2 * D + 1 + D + 2 * D + D,
                          stencil() + N * ( 4 + D * ( 16 + 4 * D ) ) +
                              9 * faces + tail + 20,
                          6 * D );
-        return work( 2 * D + D * D + 4 + written, 2 * D,
+        return work( 2 * D + D * D + 6 + written, 2 * D,
                      stencil() + N * ( 1 + 2 * D * D + D * ( 14 + 2 * D ) ) +
                          tail );
     }
@@ -136,11 +137,12 @@ class WorkOfStep
     //! m, V, e read; p, c written.
     Work equationOfState() const { return work( 5, 0, 6 ); }
 
-    //! All columns copied, for a step that is repeated; after the step x, the
-    //! old x, v, V and e looked at.
+    //! Before a step v, m, V, e and c looked at, after it x, the old x, v, V
+    //! and e; a copy of what `midpoint` remembers of the last step.
     Work guard() const
     {
-        return work( 2 * columns() + 3 * D + 2, 0, 5 * D + 10 );
+        return work( 4 * D + 6 + ( s.midpoint ? 2 * ( D + 2 ) : 0 ), 0,
+                     7 * D + 12 );
     }
 
     //! All columns read and written, with keys and their order (three whole

@@ -39,8 +39,7 @@ namespace Impl
   affine energy loses becomes heat.
 */
 template <class Basis, int Dim>
-void driftParticles( const State<Dim>& state,
-                     Sidecar<DriftMembers<Dim>>& drift )
+void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
@@ -50,6 +49,10 @@ void driftParticles( const State<Dim>& state,
     const auto start_volume = Cabana::slice<StartVolume>( drift.data() );
     const auto C = state.particles.template slice<VelocityGradient>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto next_x = state.particles.template next<Position>();
+    const auto next_V = state.particles.template next<Volume>();
+    const auto next_C = state.particles.template next<VelocityGradient>();
+    const auto next_e = state.particles.template next<SpecificInternalEnergy>();
     const auto grid = state.grid;
     const Real half = 0.5 * state.dt;
     const int n = state.particles.size();
@@ -57,8 +60,9 @@ void driftParticles( const State<Dim>& state,
         "Machpoint::driftParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
             const Pack p = Pack::of( k, n );
             const Lanes volume = load( V, p );
+            Lanes heat( 0.0 );
             store( start_volume, volume, p );
-            store( V,
+            store( next_V,
                    volume * Kokkos::max( 1 + half * load( expansion, p ),
                                          Lanes( 0.2 ) ),
                    p );
@@ -67,7 +71,7 @@ void driftParticles( const State<Dim>& state,
                 const Lanes before = load( x, p, b );
                 const Lanes after =
                     before + half * ( load( v, p, b ) + load( extra, p, b ) );
-                store( x, after, p, b );
+                store( next_x, after, p, b );
                 if ( !Basis::constant_moment )
                 {
                     const Lanes moment =
@@ -79,16 +83,19 @@ void driftParticles( const State<Dim>& state,
                     for ( int a = 0; a < Dim; ++a )
                     {
                         const Lanes slope = load( C, p, a, b );
-                        store( C, slope * factor, p, a, b );
-                        store( e,
-                               load( e, p ) + 0.5 * slope * slope *
-                                                  ( moment - factor * factor *
-                                                                 moment_new ),
-                               p );
+                        store( next_C, slope * factor, p, a, b );
+                        heat += 0.5 * slope * slope *
+                                ( moment - factor * factor * moment_new );
                     }
                 }
             }
+            if ( !Basis::constant_moment )
+                store( next_e, load( e, p ) + heat, p );
         } );
+    state.particles.template reached<Position, Volume>();
+    if ( !Basis::constant_moment )
+        state.particles
+            .template reached<VelocityGradient, SpecificInternalEnergy>();
 }
 
 } // namespace Impl

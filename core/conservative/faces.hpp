@@ -299,11 +299,10 @@ void gatherRates( const State<Dim>& state, const NodeView& faces,
                 phi = choose( zero < compression,
                               choose( zero < c, share, phi ), phi );
             }
-            store( divergence, choose( mine, D, load( divergence, p ) ), p );
-            store( expansion, choose( mine, normalised, load( expansion, p ) ),
-                   p );
-            store( limiter, choose( mine, phi, load( limiter, p ) ), p );
-            store( q, choose( mine, zero, load( q, p ) ), p );
+            storeWhere( mine, divergence, D, p );
+            storeWhere( mine, expansion, normalised, p );
+            storeWhere( mine, limiter, phi, p );
+            storeWhere( mine, q, zero, p );
         } );
 }
 

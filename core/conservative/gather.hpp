@@ -153,6 +153,12 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto pressure = state.particles.template slice<Pressure>();
     const auto c = state.particles.template slice<SoundSpeed>();
+    const auto next_x = state.particles.template next<Position>();
+    const auto next_v = state.particles.template next<Velocity>();
+    const auto next_C = state.particles.template next<VelocityGradient>();
+    const auto next_V = state.particles.template next<Volume>();
+    const auto next_e = state.particles.template next<SpecificInternalEnergy>();
+    const auto carry = carryOver( state.particles );
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
@@ -189,12 +195,10 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                     speed -= ks * sound *
                              clip( g.crowding[a], Lanes( -0.5 ), Lanes( 0.5 ) );
                 new_x[a] = old_x[a] + ahead * speed;
-                store( x, choose( mine, new_x[a], old_x[a] ), p, a );
-                store( v, choose( mine, new_v, old_v[a] ), p, a );
+                storeWhere( mine, next_x, new_x[a], p, a );
+                storeWhere( mine, next_v, new_v, p, a );
                 if ( midpoint )
-                    store( extra,
-                           choose( mine, speed - new_v, load( extra, p, a ) ),
-                           p, a );
+                    storeWhere( mine, extra, speed - new_v, p, a );
                 g.squares -= g.change[a] * g.change[a];
             }
             Lanes fitted = zero;   // sum w |C' (x_i - x)|^2
@@ -219,7 +223,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                                             ? g.fit[a][b] / moment
                                             : g.fit[a][b];
                     const Lanes kept = slope * factor;
-                    store( C, choose( mine, kept, affine[a][b] ), p, a, b );
+                    storeWhere( mine, next_C, kept, p, a, b );
                     fitted += slope * slope * moment;
                     carried += kept * kept * moment_new;
                     gradient += kept * kept;
@@ -232,14 +236,12 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Lanes old_V = load( V, p );
             const Lanes work =
                 load( pressure, p ) * old_V / load( m, p ) * g.expansion;
-            store( e, choose( mine, old_e + loss - dt * work, old_e ), p );
+            storeWhere( mine, next_e, old_e + loss - dt * work, p );
             const Lanes before = midpoint ? load( start_volume, p ) : old_V;
             Lanes volume =
                 before + old_V * Kokkos::max( dt * g.expansion, Lanes( -0.8 ) );
             if ( midpoint )
-                store( last_expansion,
-                       choose( mine, g.expansion, load( last_expansion, p ) ),
-                       p );
+                storeWhere( mine, last_expansion, g.expansion, p );
             if ( Rearranges )
             {
                 gradient = Kokkos::sqrt( gradient );
@@ -249,7 +251,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 volume *= 1 - clip( Lanes( kd * dt * rate ), Lanes( -0.25 ),
                                     Lanes( 0.25 ) );
             }
-            store( V, choose( mine, volume, old_V ), p );
+            storeWhere( mine, next_V, volume, p );
+            carry( p );
         } );
 }
 
