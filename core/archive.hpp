@@ -1,7 +1,7 @@
 /*!
   \file archive.hpp
-  \brief Layer 1: the state of a run by names, in memory, on the host: what a
-  checkpoint holds.
+  \brief Layer 1: the state of a run by names, on the host: what a checkpoint
+  holds.
 */
 #ifndef MACHPOINT_ARCHIVE_HPP
 #define MACHPOINT_ARCHIVE_HPP
@@ -9,6 +9,7 @@
 #include <core/types.hpp>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -28,6 +29,44 @@ class ArchiveError : public std::runtime_error
 };
 
 /*!
+  \brief A rank's rows of a table, such as its particles, which are fetched
+  block by block, so that nobody needs a copy of the whole: out of the particles
+  to be written, or out of the file to be read.
+*/
+template <class T>
+struct Rows
+{
+    std::size_t count = 0;   //!< of this rank
+    std::size_t columns = 1; //!< [count][columns]
+    //! Copies `count` rows from the row `first` on. \param values
+    //! [count][columns]
+    std::function<void( std::size_t first, std::size_t count, T* values )>
+        fetch;
+
+    //! Rows that make up some MiB, one at least.
+    std::size_t block() const
+    {
+        constexpr std::size_t numbers =
+            ( std::size_t{ 4 } << 20 ) / sizeof( T );
+        return std::max<std::size_t>(
+            1, numbers / std::max<std::size_t>( 1, columns ) );
+    }
+    //! Fetches all rows, a block at a time. \param visit callable with the
+    //! first row, their count, and the values [count][columns]
+    template <class Visitor>
+    void forEachBlock( const Visitor& visit ) const
+    {
+        std::vector<T> values( std::min( count, block() ) * columns );
+        for ( std::size_t first = 0; first < count; first += block() )
+        {
+            const auto n = std::min( block(), count - first );
+            fetch( first, n, values.data() );
+            visit( first, n, values.data() );
+        }
+    }
+};
+
+/*!
   \brief Named values, written or read by the same calls.
 
   Who has state names each part of it once, in a function `checkpoint( Archive&
@@ -37,14 +76,13 @@ class ArchiveError : public std::runtime_error
 class Archive
 {
   public:
-    //! A number, a list or a table of numbers, or a text.
+    //! A number, a list or a table of numbers, a text, or the rows of a rank.
     struct Entry
     {
-        std::vector<std::size_t> shape; //!< {} for a number or a text
-        std::variant<std::vector<Real>, std::vector<std::int64_t>, std::string>
+        std::vector<std::size_t> shape; //!< of a list or a table, else {}
+        std::variant<std::vector<Real>, std::vector<std::int64_t>, std::string,
+                     Rows<Real>, Rows<std::int64_t>>
             values;
-        //! Has each rank rows of its own, rather than all the same?
-        bool is_distributed = false;
     };
     using Entries = std::map<std::string, Entry>;
 
@@ -68,14 +106,14 @@ class Archive
     operator()( const std::string& name, T& value )
     {
         std::vector<T> list = { value };
-        exchange( name, list, {}, false );
+        exchange( name, list, {} );
         value = list[0];
     }
     template <std::size_t N>
     void operator()( const std::string& name, Kokkos::Array<Real, N>& vector )
     {
         std::vector<Real> list( vector.data(), vector.data() + N );
-        exchange( name, list, { N }, false );
+        exchange( name, list, { N } );
         std::copy( list.begin(), list.end(), vector.data() );
     }
     void operator()( const std::string& name, std::string& text )
@@ -96,16 +134,26 @@ class Archive
     void table( const std::string& name, std::vector<T>& values,
                 const std::size_t columns )
     {
-        exchange( name, values, { values.size() / columns, columns }, false );
+        exchange( name, values, { values.size() / columns, columns } );
     }
     //! @}
 
-    //! Rows of this rank, such as its particles. \param values [rows][columns]
+    //! Rows of this rank, such as its particles. They are fetched while the
+    //! archive lives: until then they must stay what they are.
+    //! \param rows its columns say what is expected when reading
     template <class T>
-    void rows( const std::string& name, std::vector<T>& values,
-               const std::size_t columns )
+    void rows( const std::string& name, Rows<T>& rows )
     {
-        exchange( name, values, { values.size() / columns, columns }, true );
+        if ( !_is_reading )
+        {
+            add( name, { {}, rows } );
+            return;
+        }
+        auto entry = take( name );
+        auto* read = std::get_if<Rows<T>>( &entry.values );
+        if ( !read || read->columns != rows.columns )
+            throw ArchiveError( _prefix + name + " has another type or shape" );
+        rows = std::move( *read );
     }
 
     //! Puts what is named while it lives below a name.
@@ -129,19 +177,18 @@ class Archive
     // A table may have any number of rows; every other shape is given.
     template <class T>
     void exchange( const std::string& name, std::vector<T>& values,
-                   std::vector<std::size_t> shape, const bool is_distributed )
+                   std::vector<std::size_t> shape )
     {
         if ( !_is_reading )
         {
-            add( name, { std::move( shape ), values, is_distributed } );
+            add( name, { std::move( shape ), values } );
             return;
         }
         auto entry = take( name );
         auto* list = std::get_if<std::vector<T>>( &entry.values );
         if ( shape.size() == 2 && entry.shape.size() == 2 )
             shape[0] = entry.shape[0];
-        if ( !list || entry.shape != shape ||
-             entry.is_distributed != is_distributed )
+        if ( !list || entry.shape != shape )
             throw ArchiveError( _prefix + name + " has another type or shape" );
         values = std::move( *list );
     }

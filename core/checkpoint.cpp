@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <memory>
+#include <span>
 
 namespace fs = std::filesystem;
 
@@ -35,11 +37,11 @@ std::uint64_t word( const char value )
 //! Of part of an array: a sum over its elements, so that ranks can share it.
 //! \param first number of the part's first element within the array
 template <class List>
-std::uint64_t checksum( const std::string& name, const List& values,
+std::uint64_t checksum( const std::string& path, const List& values,
                         const std::uint64_t first )
 {
     std::uint64_t place = 0;
-    for ( const char letter : name )
+    for ( const char letter : path )
         place = mixBits( place ^ word( letter ) );
     place += first;
     std::uint64_t sum = 0;
@@ -48,7 +50,30 @@ std::uint64_t checksum( const std::string& name, const List& values,
     return sum;
 }
 
+//! The same rows, whose checksum is taken up as they are fetched.
+//! \param offset of the rank's first row within the whole table
+template <class T>
+Rows<T> summed( const Rows<T>& rows, const std::string& path,
+                const std::size_t offset, std::uint64_t& sum )
+{
+    return {
+        rows.count, rows.columns,
+        [=, &sum]( const std::size_t first, const std::size_t count, T* values )
+        {
+            rows.fetch( first, count, values );
+            sum += checksum( path, std::span( values, count * rows.columns ),
+                             ( offset + first ) * rows.columns );
+        } };
+}
+
 // --- Entries and datasets ----------------------------------------------------
+
+//! Has each rank rows of its own, rather than all the same?
+bool isDistributed( const Archive::Entry& entry )
+{
+    return std::holds_alternative<Rows<Real>>( entry.values ) ||
+           std::holds_alternative<Rows<std::int64_t>>( entry.values );
+}
 
 std::string pathOf( const std::string& name, const bool is_distributed )
 {
@@ -57,83 +82,76 @@ std::string pathOf( const std::string& name, const bool is_distributed )
 
 const char* typeOf( const Archive::Entry& entry )
 {
-    const char* names[] = { "real", "integer", "text" };
+    const char* names[] = { "real", "integer", "text", "real", "integer" };
     return names[entry.values.index()];
 }
 
-Dataset describe( const std::string& path, const Archive::Entry& entry )
+//! \name Datasets of what an entry may hold
+//! \param sum takes the checksum up, that of rows as they are fetched
+//! \param offset of the rank's first row
+//! @{
+Dataset describe( const std::string& path, const std::string& text,
+                  const Archive::Entry&, std::size_t, std::uint64_t& sum )
 {
-    return std::visit(
-        [&]( const auto& values ) -> Dataset
-        {
-            using Value = typename std::decay_t<decltype( values )>::value_type;
-            if constexpr ( std::is_same_v<Value, char> )
-                return { path,
-                         { values.size() },
-                         values.data(),
-                         Dataset::Type::byte };
-            else
-                return { path, entry.shape, values.data(),
-                         datasetType<Value>() };
-        },
-        entry.values );
+    sum += checksum( path, text, 0 );
+    return { path, { text.size() }, text.data(), Dataset::Type::byte };
 }
+template <class T>
+Dataset describe( const std::string& path, const std::vector<T>& values,
+                  const Archive::Entry& entry, std::size_t, std::uint64_t& sum )
+{
+    sum += checksum( path, values, 0 );
+    return { path, entry.shape, values.data(), datasetType<T>() };
+}
+template <class T>
+Dataset describe( const std::string& path, const Rows<T>& rows,
+                  const Archive::Entry&, const std::size_t offset,
+                  std::uint64_t& sum )
+{
+    Dataset dataset{
+        path, { rows.count, rows.columns }, nullptr, datasetType<T>() };
+    dataset.fetch =
+        [all = summed( rows, path, offset, sum )](
+            const std::size_t first, const std::size_t count, void* values )
+    { all.fetch( first, count, static_cast<T*>( values ) ); };
+    return dataset;
+}
+//! @}
 
-//! Reads what rank `rows_of_ranks` says, or all.
-Archive::Entry readEntry( const Hdf5Reader& reader, const Json& description,
-                          const std::size_t first, const std::size_t count )
+//! \name What entries hold; the checksum is taken up
+//! @{
+std::string readText( const Hdf5Reader& reader, const std::string& path,
+                      std::uint64_t& sum )
 {
-    const auto name = description.at( "name" ).get<std::string>();
-    const auto type = description.at( "type" ).get<std::string>();
-    const bool is_distributed = description.at( "is_distributed" );
-    const auto path = pathOf( name, is_distributed );
-    Archive::Entry entry;
-    entry.is_distributed = is_distributed;
-    if ( type == "text" )
-    {
-        const auto bytes = reader.read<unsigned char>( path );
-        entry.values = std::string( bytes.begin(), bytes.end() );
-        return entry;
-    }
-    entry.shape = reader.shape( path );
-    std::vector<std::size_t> start( entry.shape.size(), 0 );
-    if ( is_distributed )
-    {
-        start.at( 0 ) = first;
-        entry.shape.at( 0 ) = count;
-    }
-    if ( type == "real" )
-        entry.values = reader.read<Real>( path, start, entry.shape );
-    else
-        entry.values = reader.read<std::int64_t>( path, start, entry.shape );
-    return entry;
+    const auto bytes = reader.read<unsigned char>( path );
+    const std::string text( bytes.begin(), bytes.end() );
+    sum += checksum( path, text, 0 );
+    return text;
 }
-
-//! What the archive's own values add to the checksum. \param first row
-std::uint64_t checksum( const std::string& path, const Archive::Entry& entry,
-                        const std::size_t first )
+template <class T>
+Archive::Entry readTable( const Hdf5Reader& reader, const std::string& path,
+                          std::uint64_t& sum )
 {
-    std::size_t columns = 1;
-    for ( std::size_t axis = 1; axis < entry.shape.size(); ++axis )
-        columns *= entry.shape[axis];
-    return std::visit( [&]( const auto& values )
-                       { return checksum( path, values, first * columns ); },
-                       entry.values );
+    auto values = reader.read<T>( path );
+    sum += checksum( path, values, 0 );
+    return { reader.shape( path ), std::move( values ) };
 }
-
-//! Of all entries, and of all ranks.
-std::int64_t checksum( const Communicator& ranks, const std::string& header,
-                       const Archive::Entries& entries,
-                       const std::size_t first )
+//! \param offset, count this rank's rows of the file's
+template <class T>
+Archive::Entry readRows( const std::shared_ptr<const Hdf5Reader>& reader,
+                         const std::string& path, const std::size_t offset,
+                         const std::size_t count, std::uint64_t& sum )
 {
-    std::uint64_t sum =
-        ranks.isRoot() ? checksum( "header", header, 0 ) : std::uint64_t( 0 );
-    for ( const auto& [name, entry] : entries )
-        if ( entry.is_distributed || ranks.isRoot() )
-            sum += checksum( pathOf( name, entry.is_distributed ), entry,
-                             entry.is_distributed ? first : 0 );
-    return ranks.sum( static_cast<std::int64_t>( sum ) );
+    const auto columns = reader->shape( path ).at( 1 );
+    const Rows<T> rows{
+        count, columns,
+        [=]( const std::size_t first, const std::size_t n, T* values ) {
+            reader->read( path, { offset + first, 0 }, { n, columns }, values );
+        } };
+    summed( rows, path, offset, sum ).forEachBlock( []( auto&&... ) {} );
+    return { {}, rows };
 }
+//! @}
 
 // --- Inputs ------------------------------------------------------------------
 
@@ -221,26 +239,25 @@ struct Content
 {
     std::int64_t format = 0;
     std::int64_t checksum = 0;
+    std::uint64_t sum = 0; //!< what the checksum is over all ranks
     std::string header;
     Archive::Entries entries;
-    std::size_t first = 0; //!< this rank's first row
 };
 
 Content readContent( const Communicator& ranks, const fs::path& file )
 {
-    const Hdf5Reader reader( file );
-    if ( !reader.has( "header" ) )
+    // Rows are read when the archive is, and so keep the file open.
+    const auto reader = std::make_shared<const Hdf5Reader>( file );
+    if ( !reader->has( "header" ) )
         refuse( file, "it is no checkpoint of machpoint; those are in "
                       "DIR/checkpoints" );
     Content content;
     content.format =
-        reader.attribute<std::int64_t>( "machpoint_checkpoint" ).at( 0 );
+        reader->attribute<std::int64_t>( "machpoint_checkpoint" ).at( 0 );
     if ( content.format != checkpoint_format )
         return content;
-    content.checksum = reader.attribute<std::int64_t>( "checksum" ).at( 0 );
-    const auto bytes = reader.read<unsigned char>( "header" );
-    content.header.assign( bytes.begin(), bytes.end() );
-    const auto rows = reader.read<std::int64_t>( "rows_of_ranks" );
+    content.checksum = reader->attribute<std::int64_t>( "checksum" ).at( 0 );
+    const auto rows = reader->read<std::int64_t>( "rows_of_ranks" );
     std::int64_t total = 0;
     for ( const auto n : rows )
         total += n;
@@ -254,13 +271,38 @@ Content readContent( const Communicator& ranks, const fs::path& file )
             first += rows[r];
         count = rows[rank];
     }
-    content.first = static_cast<std::size_t>( first );
+    std::uint64_t shared = 0; // which the root alone counts
+    content.header = readText( *reader, "header", shared );
     for ( const auto header = Json::parse( content.header );
           const auto& description : header.at( "entries" ) )
-        content.entries[description.at( "name" )] =
-            readEntry( reader, description, content.first,
-                       static_cast<std::size_t>( count ) );
+    {
+        const auto name = description.at( "name" ).get<std::string>();
+        const auto type = description.at( "type" ).get<std::string>();
+        const bool is_distributed = description.at( "is_distributed" );
+        const auto path = pathOf( name, is_distributed );
+        auto& entry = content.entries[name];
+        if ( type == "text" )
+            entry = { {}, readText( *reader, path, shared ) };
+        else if ( is_distributed )
+            entry =
+                type == "real"
+                    ? readRows<Real>( reader, path, first, count, content.sum )
+                    : readRows<std::int64_t>( reader, path, first, count,
+                                              content.sum );
+        else
+            entry = type == "real"
+                        ? readTable<Real>( *reader, path, shared )
+                        : readTable<std::int64_t>( *reader, path, shared );
+    }
+    if ( ranks.isRoot() )
+        content.sum += shared;
     return content;
+}
+
+//! Of all ranks.
+std::int64_t total( const Communicator& ranks, const std::uint64_t sum )
+{
+    return ranks.sum( static_cast<std::int64_t>( sum ) );
 }
 
 } // namespace
@@ -269,35 +311,53 @@ fs::path writeCheckpoint( const Communicator& ranks, const fs::path& folder,
                           const Json& input, const Archive& archive )
 {
     const auto& entries = archive.entries();
+    // All tables of a rank have one row per particle.
+    std::int64_t own_rows = 0;
+    for ( const auto& [name, entry] : entries )
+        std::visit(
+            [&]<class Values>( const Values& values )
+            {
+                if constexpr ( requires { values.count; } )
+                    own_rows = static_cast<std::int64_t>( values.count );
+            },
+            entry.values );
+    const auto rows_of_ranks = ranks.gatherAll( std::vector{ own_rows } );
+    const auto offset = static_cast<std::size_t>( ranks.sumBefore( own_rows ) );
+
     Json header;
     header["revision"] = revision;
     header["input"] = input;
     header["entries"] = Json::array();
+    std::uint64_t sum = 0, shared_sum = 0;
     std::vector<Dataset> shared, rows;
     for ( const auto& [name, entry] : entries )
     {
-        header["entries"].push_back(
-            { { "name", name },
-              { "type", typeOf( entry ) },
-              { "is_distributed", entry.is_distributed } } );
-        ( entry.is_distributed ? rows : shared )
-            .push_back(
-                describe( pathOf( name, entry.is_distributed ), entry ) );
+        const bool is_distributed = isDistributed( entry );
+        header["entries"].push_back( { { "name", name },
+                                       { "type", typeOf( entry ) },
+                                       { "is_distributed", is_distributed } } );
+        std::visit(
+            [&]( const auto& values )
+            {
+                ( is_distributed ? rows : shared )
+                    .push_back( describe( pathOf( name, is_distributed ),
+                                          values, entry, offset,
+                                          is_distributed ? sum : shared_sum ) );
+            },
+            entry.values );
     }
-    // All tables of a rank have one row per particle.
-    const std::vector<std::int64_t> own = {
-        rows.empty() ? 0 : static_cast<std::int64_t>( rows[0].shape.at( 0 ) ) };
-    const auto rows_of_ranks = ranks.gatherAll( own );
-    const Archive::Entry header_entry{ {}, header.dump() };
-    const Archive::Entry rows_entry{ { rows_of_ranks.size() }, rows_of_ranks };
+    const auto header_text = header.dump();
+    shared.push_back( describe( "header", header_text, {}, 0, shared_sum ) );
+    shared.push_back( { "rows_of_ranks",
+                        { rows_of_ranks.size() },
+                        rows_of_ranks.data(),
+                        Dataset::Type::integer } );
+    if ( ranks.isRoot() )
+        sum += shared_sum;
     auto datasets = stackRows( ranks, std::move( rows ) );
     datasets.insert( datasets.end(), shared.begin(), shared.end() );
-    datasets.push_back( describe( "header", header_entry ) );
-    datasets.push_back( describe( "rows_of_ranks", rows_entry ) );
 
-    const auto sum =
-        checksum( ranks, std::get<std::string>( header_entry.values ), entries,
-                  static_cast<std::size_t>( ranks.sumBefore( own[0] ) ) );
+    std::int64_t checksum = 0; // known when all rows were fetched
     const auto time =
         std::get<std::vector<Real>>( entries.at( "time" ).values );
     const auto step =
@@ -311,8 +371,9 @@ fs::path writeCheckpoint( const Communicator& ranks, const fs::path& folder,
                    Dataset::Type::integer },
                  { "time", {}, time.data(), Dataset::Type::real },
                  { "step", {}, step.data(), Dataset::Type::integer },
-                 { "checksum", {}, &sum, Dataset::Type::integer } },
-               datasets );
+                 { "checksum", {}, &checksum, Dataset::Type::integer } },
+               datasets, 0, small_file,
+               [&] { checksum = total( ranks, sum ); } );
     return file;
 }
 
@@ -345,9 +406,7 @@ Checkpoint readCheckpoint( const Communicator& ranks, const fs::path& file,
             "the checkpoint {} has format {}, and this program reads format "
             "{}; restart with the program that wrote it",
             file.string(), content.format, checkpoint_format ) } );
-    const auto sum =
-        checksum( ranks, content.header, content.entries, content.first );
-    if ( sum != content.checksum )
+    if ( total( ranks, content.sum ) != content.checksum )
         throw IoError::onAll( fmt::format(
             "{}: cannot be restarted from: its checksum does not fit; take "
             "another checkpoint",

@@ -67,10 +67,19 @@ class OpenFile
         }
     }
 
-    void reserve( const std::size_t size )
+    //! \param mode of fallocate
+    void reserve( const int mode, const std::size_t size )
     {
-        require( ::fallocate( _file, 0, 0, static_cast<off_t>( size ) ) == 0 ||
+        require( ::fallocate( _file, mode, 0, static_cast<off_t>( size ) ) ==
+                     0 ||
                  errno == EOPNOTSUPP || errno == ENOSYS || errno == EINTR );
+    }
+
+    //! What is reserved beyond the end.
+    void giveBack()
+    {
+        const auto end = ::lseek( _file, 0, SEEK_END );
+        require( end >= 0 && ::ftruncate( _file, end ) == 0 );
     }
 
     // A disk may refuse as late as fsync or close: delayed allocation and
@@ -129,16 +138,29 @@ void writeFile( const fs::path& target, const void* data,
     file.finish();
 }
 
-void reserveFile( const fs::path& target, const std::size_t size )
+void requireRoom( const fs::path& target, const std::size_t size )
 {
     OpenFile file( target, O_WRONLY | O_CREAT );
-    file.reserve( size );
+    file.reserve( 0, size );
+    file.close();
+}
+
+void reserveFile( const fs::path& target, const std::size_t size )
+{
+    OpenFile file( target, O_WRONLY );
+    file.reserve( FALLOC_FL_KEEP_SIZE, size );
     file.close();
 }
 
 void requireReachable( const fs::path& target )
 {
     OpenFile( target, O_WRONLY ).close();
+}
+
+void emptyTemporary( const fs::path& target )
+{
+    // Where that fails, too, there is nothing more to try.
+    static_cast<void>( ::truncate( temporaryName( target ).c_str(), 0 ) == 0 );
 }
 
 void dropTemporary( const fs::path& target )
@@ -148,7 +170,9 @@ void dropTemporary( const fs::path& target )
 
 void finishFile( const fs::path& target )
 {
-    OpenFile( target, O_WRONLY ).finish();
+    OpenFile file( target, O_WRONLY );
+    file.giveBack();
+    file.finish();
 }
 
 void removeFile( const fs::path& file )

@@ -104,22 +104,30 @@ void writeFile( const std::filesystem::path& target, const void* data,
                 std::size_t size );
 
 /*!
-  \brief Makes the file of the temporary name, unless it is there, and takes
-  `size` bytes of the disk for it. One rank.
+  \brief Makes the file of the temporary name, and takes `size` bytes of the
+  disk for it. One rank.
 
   File systems that cannot do so are believed to have room. \throws IoError
 */
+void requireRoom( const std::filesystem::path& target, std::size_t size );
+
+//! The same for a file that is there, and stays as long as it is.
+//! \throws IoError
 void reserveFile( const std::filesystem::path& target, std::size_t size );
 
 //! Can this rank write to the file of the temporary name, too?
 //! \throws IoError
 void requireReachable( const std::filesystem::path& target );
 
+//! Gives the room of the file of the temporary name back, if it is there.
+void emptyTemporary( const std::filesystem::path& target );
+
 //! Removes the file of the temporary name, if it is there.
 void dropTemporary( const std::filesystem::path& target );
 
-//! Forces the file of the temporary name to the disk and gives it its final
-//! one. One rank. \throws IoError, and then neither file is there
+//! Forces the file of the temporary name to the disk, without what is reserved
+//! beyond its end, and gives it its final name. One rank. \throws IoError, and
+//! then neither file is there
 void finishFile( const std::filesystem::path& target );
 
 //! Removes a file, also under its temporary name, if it is there.

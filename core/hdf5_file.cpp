@@ -1,12 +1,13 @@
 /*!
   \file hdf5_file.cpp
-  \brief HDF5 through its C API: in memory for one rank, MPI-IO for several.
+  \brief HDF5 through its C API: small files in memory, large ones by MPI-IO.
 */
 #include <core/hdf5_file.hpp>
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <functional>
 #include <numeric>
 #include <optional>
@@ -115,6 +116,11 @@ hid_t nativeType( const Dataset::Type type )
     }
 }
 
+std::size_t elementSize( const Dataset::Type type )
+{
+    return type == Dataset::Type::byte ? 1 : sizeof( double );
+}
+
 hid_t makeSpace( const std::vector<std::size_t>& shape )
 {
     return shape.empty() ? H5Screate( H5S_SCALAR )
@@ -186,16 +192,10 @@ class Writer
             H5Dclose );
         if ( count( whole ) == 0 )
             return;
-        const Handle memory( check( makeSpace( item.shape ), operation ),
-                             H5Sclose );
-        if ( !item.global_shape.empty() )
-            check( select( space, item.start, item.shape ), operation );
-        else if ( !_is_root )
-            check( H5Sselect_none( space ), operation );
-        if ( H5Sget_select_npoints( space ) == 0 )
-            check( H5Sselect_none( memory ), operation );
-        check( H5Dwrite( dataset, type, memory, space, _transfer, item.data ),
-               operation );
+        if ( item.fetch )
+            writeBlocks( item, dataset, space );
+        else
+            writeAtOnce( item, dataset, space );
     }
 
     void flush()
@@ -221,6 +221,51 @@ class Writer
     }
 
   private:
+    //! What a rank has in memory; all ranks call it.
+    void writeAtOnce( const Dataset& item, const hid_t dataset,
+                      const hid_t space ) const
+    {
+        const auto operation = "write the dataset " + item.name;
+        const Handle memory( check( makeSpace( item.shape ), operation ),
+                             H5Sclose );
+        if ( !item.global_shape.empty() )
+            check( select( space, item.start, item.shape ), operation );
+        else if ( !_is_root )
+            check( H5Sselect_none( space ), operation );
+        if ( H5Sget_select_npoints( space ) == 0 )
+            check( H5Sselect_none( memory ), operation );
+        check( H5Dwrite( dataset, nativeType( item.type ), memory, space,
+                         _transfer, item.data ),
+               operation );
+    }
+
+    //! What a rank fetches, a few MiB at a time. Ranks do not wait for each
+    //! other, and may have more blocks than others.
+    void writeBlocks( const Dataset& item, const hid_t dataset,
+                      const hid_t space ) const
+    {
+        constexpr std::size_t block_bytes = std::size_t{ 4 } << 20;
+        const auto operation = "write the dataset " + item.name;
+        auto start = item.start, block = item.shape;
+        block[0] = 1;
+        const auto row_bytes = count( block ) * elementSize( item.type );
+        const auto most = std::max<std::size_t>( 1, block_bytes / row_bytes );
+        const auto rows = item.shape[0];
+        std::vector<char> values( std::min( rows, most ) * row_bytes );
+        for ( std::size_t first = 0; first < rows; first += most )
+        {
+            start[0] = item.start[0] + first;
+            block[0] = std::min( most, rows - first );
+            item.fetch( first, block[0], values.data() );
+            const Handle memory( check( makeSpace( block ), operation ),
+                                 H5Sclose );
+            check( select( space, start, block ), operation );
+            check( H5Dwrite( dataset, nativeType( item.type ), memory, space,
+                             H5P_DEFAULT, values.data() ),
+                   operation );
+        }
+    }
+
     template <class Result>
     Result check( const Result result, const std::string& operation ) const
     {
@@ -238,7 +283,8 @@ class Writer
     {
         const auto& whole = item.extents();
         const auto properties = H5Pcreate( H5P_DATASET_CREATE );
-        if ( _compression == 0 || whole.empty() || count( whole ) == 0 )
+        if ( _compression == 0 || item.fetch || whole.empty() ||
+             count( whole ) == 0 )
             return properties;
         auto chunk = extents( whole );
         const auto row = count( whole ) / whole[0] * sizeof( double );
@@ -266,10 +312,8 @@ std::size_t sizeOnDisk( const std::vector<Dataset>& datasets )
     return size;
 }
 
-// HDF5 never touches the disk: when its last write to a full one fails, the
-// file cannot be closed any more and the library crashes at exit (1.10.8). It
-// builds the image in memory, and writeFile puts that on the disk.
-void writeAlone( const fs::path& target, const std::vector<Dataset>& attributes,
+// HDF5 builds a small file in memory, and writeFile puts that on the disk.
+void writeImage( const fs::path& target, const std::vector<Dataset>& attributes,
                  const std::vector<Dataset>& datasets, const int compression )
 {
     const Handle access( H5Pcreate( H5P_FILE_ACCESS ), H5Pclose );
@@ -282,11 +326,6 @@ void writeAlone( const fs::path& target, const std::vector<Dataset>& attributes,
     writer.flush();
     const auto [bytes, size] = writer.image();
     writeFile( target, bytes, size );
-}
-
-std::size_t elementSize( const Dataset::Type type )
-{
-    return type == Dataset::Type::byte ? 1 : sizeof( double );
 }
 
 //! Copies a block to its place in the whole array, row by row.
@@ -317,9 +356,10 @@ const char* place( const char* block, const std::size_t* shape,
 
 // Ranks that open, extend and close a file together agree dozens of times: on
 // a small one that takes longer than all its data.
-void writeGathered( const Communicator& ranks, const fs::path& target,
-                    const std::vector<Dataset>& attributes,
-                    std::vector<Dataset> datasets, const int compression )
+void writeSmall( const Communicator& ranks, const fs::path& target,
+                 const std::vector<Dataset>& attributes,
+                 std::vector<Dataset> datasets, const int compression,
+                 const std::function<void()>& then )
 {
     std::vector<std::size_t> places; // shape and start of every block
     std::vector<char> bytes;
@@ -328,10 +368,16 @@ void writeGathered( const Communicator& ranks, const fs::path& target,
         {
             places.insert( places.end(), item.shape.begin(), item.shape.end() );
             places.insert( places.end(), item.start.begin(), item.start.end() );
-            const auto* data = static_cast<const char*>( item.data );
-            const auto size = count( item.shape ) * elementSize( item.type );
-            bytes.insert( bytes.end(), data, data + size );
+            const auto end = bytes.size();
+            bytes.resize( end +
+                          count( item.shape ) * elementSize( item.type ) );
+            if ( item.fetch )
+                item.fetch( 0, item.shape[0], bytes.data() + end );
+            else if ( end < bytes.size() )
+                std::memcpy( bytes.data() + end, item.data,
+                             bytes.size() - end );
         }
+    then();
     places = ranks.gather( places );
     bytes = ranks.gather( bytes );
     onRoot( ranks,
@@ -356,46 +402,49 @@ void writeGathered( const Communicator& ranks, const fs::path& target,
                         datasets[k] = { datasets[k].name,
                                         datasets[k].global_shape,
                                         arrays[k].data(), datasets[k].type };
-                writeAlone( target, attributes, datasets, compression );
+                writeImage( target, attributes, datasets, compression );
             } );
 }
 
-#ifdef H5_HAVE_PARALLEL
-
-// For the same reason the room on the disk is taken before HDF5 writes: once to
+// When its last write to a full disk fails, HDF5 cannot close the file any more
+// and crashes at exit (1.10.8). So room is taken before it writes: once to
 // learn of a full disk before HDF5 has a file to lose, and again because HDF5
 // gives it back when it creates the file. Where the file system cannot do so, a
-// full disk is still the same error on all ranks, but may end in a crash.
-// Ranks agree after every call that may fail on one of them alone.
-void writeParallel( const Communicator& ranks, const fs::path& target,
-                    const std::vector<Dataset>& attributes,
-                    const std::vector<Dataset>& datasets,
-                    const int compression )
+// file that failed is emptied, and what HDF5 still has for it fits. Ranks agree
+// after every call that may fail on one of them alone.
+void writeLarge( const Communicator& ranks, const fs::path& target,
+                 const std::vector<Dataset>& attributes,
+                 const std::vector<Dataset>& datasets, const int compression,
+                 const std::function<void()>& then )
 {
     const auto temporary = temporaryName( target );
-    const auto reserve = [&] { reserveFile( target, sizeOnDisk( datasets ) ); };
-    onRoot( ranks, reserve );
+    const auto size = sizeOnDisk( datasets );
+    onRoot( ranks, [&] { requireRoom( target, size ); } );
+    std::optional<Writer> writer;
     try
     {
         together( ranks, [&] { requireReachable( target ); } );
         const Handle access( H5Pcreate( H5P_FILE_ACCESS ), H5Pclose );
-        H5Pset_fapl_mpio( access, ranks.handle(), MPI_INFO_NULL );
-        std::optional<Writer> writer;
+#ifdef H5_HAVE_PARALLEL
+        if ( ranks.size() > 1 )
+            H5Pset_fapl_mpio( access, ranks.handle(), MPI_INFO_NULL );
+#endif
         together( ranks,
                   [&]
                   {
                       writer.emplace( ranks.size(), ranks.isRoot(), target,
                                       access, temporary, compression );
                   } );
-        onRoot( ranks, reserve );
+        onRoot( ranks, [&] { reserveFile( target, size ); } );
+        for ( const auto& item : datasets )
+            together( ranks, [&] { writer->dataset( item ); } );
+        then();
         together( ranks,
                   [&]
                   {
                       for ( const auto& item : attributes )
                           writer->attribute( item );
                   } );
-        for ( const auto& item : datasets )
-            together( ranks, [&] { writer->dataset( item ); } );
         together( ranks, [&] { writer->flush(); } );
         together( ranks, [&] { writer->close(); } );
         onRoot( ranks, [&] { finishFile( target ); } );
@@ -403,12 +452,14 @@ void writeParallel( const Communicator& ranks, const fs::path& target,
     catch ( const IoError& )
     {
         if ( ranks.isRoot() )
+            emptyTemporary( target );
+        ranks.any( false ); // it is empty before the others close it
+        writer.reset();
+        if ( ranks.isRoot() )
             dropTemporary( target );
         throw;
     }
 }
-
-#endif
 
 } // namespace
 
@@ -425,19 +476,13 @@ void requireHdf5( const Communicator& ranks )
 void writeHdf5( const Communicator& ranks, const fs::path& target,
                 const std::vector<Dataset>& attributes,
                 const std::vector<Dataset>& datasets, const int compression,
-                const std::size_t small )
+                const std::size_t small, const std::function<void()>& then )
 {
     const QuietHdf5 quiet;
-    if ( ranks.size() == 1 )
-        together(
-            ranks,
-            [&] { writeAlone( target, attributes, datasets, compression ); } );
-    else if ( sizeOnDisk( datasets ) <= small )
-        writeGathered( ranks, target, attributes, datasets, compression );
-#ifdef H5_HAVE_PARALLEL
+    if ( sizeOnDisk( datasets ) <= small )
+        writeSmall( ranks, target, attributes, datasets, compression, then );
     else
-        writeParallel( ranks, target, attributes, datasets, compression );
-#endif
+        writeLarge( ranks, target, attributes, datasets, compression, then );
 }
 
 //---------------------------------------------------------------------------//
@@ -566,7 +611,7 @@ void requireHdf5( const Communicator& )
 
 void writeHdf5( const Communicator& ranks, const fs::path&,
                 const std::vector<Dataset>&, const std::vector<Dataset>&, int,
-                std::size_t )
+                std::size_t, const std::function<void()>& )
 {
     requireHdf5( ranks );
 }

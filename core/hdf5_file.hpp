@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -43,6 +44,10 @@ struct Dataset
     std::vector<std::size_t> global_shape = {};
     std::vector<std::size_t> start = {};
     //! @}
+    //! Instead of `data`: copies `count` rows of the block, from its row
+    //! `first` on, to where they are asked for. Each row is asked for once.
+    std::function<void( std::size_t first, std::size_t count, void* rows )>
+        fetch = nullptr;
 
     //! Shape of the whole array.
     const std::vector<std::size_t>& extents() const
@@ -86,21 +91,25 @@ constexpr std::size_t small_file = std::size_t{ 32 } << 20;
   \brief Writes a whole file or none: beside the target, forced to the disk,
   renamed.
 
-  Collective; the directory exists, and all ranks see it. One rank builds the
-  file in memory; so does the root of several, with all blocks, where the file
-  is small. Large files they write together through MPI-IO.
+  Collective; the directory exists, and all ranks see it. The root builds small
+  files in memory, with the blocks of all ranks. Large ones go to the disk as
+  they are written, by all ranks together through MPI-IO; what is fetched takes
+  no more memory than a few MiB.
 
   \param[in] attributes Of the file; the same on all ranks.
   \param[in] datasets On all ranks the same names, types and whole shapes in the
   same order; the blocks cover each array and do not overlap.
   \param[in] compression 0 to 9: effort of deflate after shuffle; 0 is none.
   \param[in] small bytes up to which the root writes alone
+  \param[in] then called by all ranks when all datasets were fetched, and before
+  the attributes are written, which so may tell of them
   \throws IoError the same on all ranks
 */
-void writeHdf5( const Communicator& ranks, const std::filesystem::path& target,
-                const std::vector<Dataset>& attributes,
-                const std::vector<Dataset>& datasets, int compression = 0,
-                std::size_t small = small_file );
+void writeHdf5(
+    const Communicator& ranks, const std::filesystem::path& target,
+    const std::vector<Dataset>& attributes,
+    const std::vector<Dataset>& datasets, int compression = 0,
+    std::size_t small = small_file, const std::function<void()>& then = [] {} );
 
 /*!
   \brief Reads a file of named arrays. Not collective: a rank reads what it
@@ -140,8 +149,16 @@ class Hdf5Reader
         for ( const auto extent : shape )
             count *= extent;
         std::vector<T> values( count );
-        readBlock( dataset, datasetType<T>(), start, shape, values.data() );
+        read( dataset, start, shape, values.data() );
         return values;
+    }
+    //! The same, to where it belongs. \param values [shape]
+    template <class T>
+    void read( const std::string& dataset,
+               const std::vector<std::size_t>& start,
+               const std::vector<std::size_t>& shape, T* values ) const
+    {
+        readBlock( dataset, datasetType<T>(), start, shape, values );
     }
     //! An attribute of the file; a scalar is one value.
     template <class T>

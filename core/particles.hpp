@@ -206,10 +206,11 @@ void appendTuples( const AoSoA& aosoa, const AoSoA& from, const int first )
         } );
 }
 #endif
+
 //! Component c of a member, row by row. \tparam Type e.g. Real[2][2]
 template <class Type, class SliceType>
-auto& component( const SliceType& slice, const std::size_t p,
-                 const std::size_t c )
+KOKKOS_INLINE_FUNCTION auto&
+component( const SliceType& slice, const std::size_t p, const std::size_t c )
 {
     constexpr auto rank = std::rank_v<Type>;
     static_assert( rank <= 2 );
@@ -222,41 +223,90 @@ auto& component( const SliceType& slice, const std::size_t p,
                       c % std::extent_v<Type, 1> );
 }
 
-//! Writes member M of all particles, or reads it and makes room for it.
+//! Rows of a table on the host, [rows][columns].
+template <class Value>
+using HostRows = Kokkos::View<Value**, Kokkos::LayoutRight, Kokkos::HostSpace,
+                              Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
+
+//! Copies member M of the particles from `first` on to the rows of a table.
+template <std::size_t M, class AoSoA, class Value>
+void fetchMember( const AoSoA& aosoa, const std::size_t first,
+                  const HostRows<Value>& rows )
+{
+    using Type =
+        typename Cabana::MemberTypeAtIndex<M,
+                                           typename AoSoA::member_types>::type;
+    const auto slice = Cabana::slice<M>( aosoa );
+    // The same memory, unless the particles are a device's.
+    const auto block = Kokkos::create_mirror_view( MemorySpace(), rows );
+    Kokkos::parallel_for(
+        "Machpoint::fetchMember",
+        Range( 0, static_cast<int>( rows.extent( 0 ) ) ),
+        KOKKOS_LAMBDA( const int k ) {
+            for ( std::size_t c = 0; c < block.extent( 1 ); ++c )
+                block( k, c ) = component<Type>( slice, first + k, c );
+        } );
+    Kokkos::deep_copy( rows, block );
+}
+
+//! The other way round.
+template <std::size_t M, class AoSoA, class Value>
+void storeMember( const AoSoA& aosoa, const std::size_t first,
+                  const HostRows<Value>& rows )
+{
+    using Type =
+        typename Cabana::MemberTypeAtIndex<M,
+                                           typename AoSoA::member_types>::type;
+    const auto slice = Cabana::slice<M>( aosoa );
+    const auto block =
+        Kokkos::create_mirror_view_and_copy( MemorySpace(), rows );
+    Kokkos::parallel_for(
+        "Machpoint::storeMember",
+        Range( 0, static_cast<int>( rows.extent( 0 ) ) ),
+        KOKKOS_LAMBDA( const int k ) {
+            for ( std::size_t c = 0; c < block.extent( 1 ); ++c )
+                component<Type>( slice, first + k, c ) = block( k, c );
+        } );
+    Kokkos::fence( "Machpoint::storeMember" ); // before the rows change
+}
+
+//! Writes member M of all particles, or reads it; the first makes room.
 template <std::size_t M, class Members>
 void checkpointMember( Archive& archive, const std::string& name,
-                       Cabana::AoSoA<Members, Kokkos::HostSpace>& host )
+                       Cabana::AoSoA<Members, MemorySpace>& aosoa )
 {
     using Type = typename Cabana::MemberTypeAtIndex<M, Members>::type;
     using Value = std::remove_all_extents_t<Type>;
     constexpr std::size_t columns = sizeof( Type ) / sizeof( Value );
-    std::vector<Value> values( host.size() * columns );
+    Rows<Value> rows{
+        aosoa.size(), columns,
+        [aosoa]( const std::size_t first, const std::size_t count,
+                 Value* values ) {
+            fetchMember<M>( aosoa, first,
+                            HostRows<Value>( values, count, columns ) );
+        } };
+    archive.rows( name, rows );
     if ( !archive.isReading() )
-    {
-        const auto slice = Cabana::slice<M>( host );
-        for ( std::size_t k = 0; k < values.size(); ++k )
-            values[k] = component<Type>( slice, k / columns, k % columns );
-    }
-    archive.rows( name, values, columns );
-    if ( archive.isReading() )
-    {
-        const auto n = values.size() / columns;
-        if ( M > 0 && n != host.size() )
-            throw ArchiveError( name + " has another length" );
-        host.resize( n );
-        const auto slice = Cabana::slice<M>( host );
-        for ( std::size_t k = 0; k < values.size(); ++k )
-            component<Type>( slice, k / columns, k % columns ) = values[k];
-    }
+        return;
+    if ( M == 0 )
+        resizeWithSlack( aosoa, rows.count );
+    if ( rows.count != aosoa.size() )
+        throw ArchiveError( name + " has another length" );
+    rows.forEachBlock(
+        [&]( const std::size_t first, const std::size_t count, Value* values )
+        {
+            storeMember<M>( aosoa, first,
+                            HostRows<Value>( values, count, columns ) );
+        } );
 }
 
 template <class Members, std::size_t... M>
 void checkpointMembers( Archive& archive, const char* const* names,
-                        Cabana::AoSoA<Members, Kokkos::HostSpace>& host,
+                        Cabana::AoSoA<Members, MemorySpace>& aosoa,
                         std::index_sequence<M...> )
 {
     ( checkpointMember<M>( archive, names ? names[M] : std::to_string( M ),
-                           host ),
+                           aosoa ),
       ... );
 }
 
@@ -266,19 +316,8 @@ template <class Members>
 void checkpointMembers( Archive& archive, const char* const* names,
                         Cabana::AoSoA<Members, MemorySpace>& aosoa )
 {
-    Cabana::AoSoA<Members, Kokkos::HostSpace> host( "Machpoint::checkpoint" );
-    if ( !archive.isReading() )
-    {
-        host.resize( aosoa.size() );
-        Cabana::deep_copy( host, aosoa );
-    }
-    checkpointMembers( archive, names, host,
+    checkpointMembers( archive, names, aosoa,
                        std::make_index_sequence<Members::size>{} );
-    if ( archive.isReading() )
-    {
-        resizeWithSlack( aosoa, host.size() );
-        Cabana::deep_copy( aosoa, host );
-    }
 }
 } // namespace Impl
 

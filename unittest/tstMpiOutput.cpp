@@ -153,6 +153,40 @@ TEST_F( MpiOutput, RowsOfAllRanksMakeOneArray )
     EXPECT_LT( sizes[3], sizes[2] / 2 );
 }
 
+// Some ranks have several blocks to fetch and others none; what is said of all
+// of them comes last.
+TEST_F( MpiOutput, RowsMayBeFetchedAndCounted )
+{
+    const auto n = 20 * rowsOf( _ranks.rank() );
+    const auto before = _ranks.sumBefore( n );
+    const auto total = static_cast<std::size_t>(
+        _ranks.sum( static_cast<std::int64_t>( n ) ) );
+    for ( const auto small : { std::size_t( 0 ), std::size_t( 1 ) << 40 } )
+    {
+        std::int64_t fetched = 0, all = 0;
+        Dataset rows{ "rows", { n, 3 }, nullptr, Dataset::Type::integer };
+        rows.fetch = [&]( const std::size_t first, const std::size_t count,
+                          void* values )
+        {
+            auto* list = static_cast<std::int64_t*>( values );
+            std::iota( list, list + 3 * count, 3 * ( before + first ) );
+            fetched += count;
+        };
+        const auto file = _scratch / "rows.h5";
+        writeHdf5( _ranks, file,
+                   { { "fetched", {}, &all, Dataset::Type::integer } },
+                   stackRows( _ranks, { rows } ), 0, small,
+                   [&] { all = _ranks.sum( fetched ); } );
+        const Hdf5Reader reader( file );
+        std::vector<std::int64_t> expected( 3 * total );
+        std::iota( expected.begin(), expected.end(), 0 );
+        EXPECT_EQ( reader.read<std::int64_t>( "rows" ), expected );
+        EXPECT_EQ( reader.attribute<std::int64_t>( "fetched" ).at( 0 ),
+                   static_cast<std::int64_t>( total ) );
+        _ranks.any( false ); // all have read it
+    }
+}
+
 TEST_F( MpiOutput, BlocksOfAGridMakeOneArray )
 {
     // Two columns of blocks, as many rows of them as ranks need; the cut does

@@ -1,0 +1,160 @@
+"""What a checkpoint costs, beside a plain write of as many bytes.
+
+Usage: python3 benchmarks/checkpoint [--machpoint PATH] [--cells NUMBER]
+           [--ranks NUMBER,...] [--repeats NUMBER] [--set path=value]...
+           [--mpiexec COMMAND] [--output DIR]
+
+Runs `kelvin_helmholtz` with CELLS x CELLS cells of four particles (default 1600:
+10 million particles) for one step, with a checkpoint and without, then a restart
+from it, then writes as many bytes by as many processes to one file in the same
+directory: each its own part, 4 MiB a call. All that in turn; figures are medians, and
+their ranges in brackets. Seconds end when the file is on the disk (fsync), of both;
+a checkpoint's are those of its phase. Memory is that of all ranks. Before each measurement the disk's queue is
+emptied (sync). With DIR in /dev/shm there is no disk. Exit code: 0.
+"""
+import argparse
+import json
+import multiprocessing
+import os
+import pathlib
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+# One thread each; Open MPI's ways to share cores and to run as root.
+ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false",
+                   OMPI_MCA_rmaps_base_oversubscribe="1",
+                   OMPI_ALLOW_RUN_AS_ROOT="1",
+                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+BLOCK = 4 << 20
+
+
+def write_part(path, first, size, start):
+    """Writes part of a file when all are ready to."""
+    block = memoryview(os.urandom(BLOCK))
+    with open(path, "r+b", buffering=0) as file:
+        start.wait()
+        while size > 0:
+            written = os.pwrite(file.fileno(), block[:min(BLOCK, size)], first)
+            first += written
+            size -= written
+        os.fsync(file.fileno())
+
+
+def plain_write(path, size, processes):
+    """Seconds that so many processes take for a file of so many bytes."""
+    path.touch()
+    start = multiprocessing.Barrier(processes + 1)
+    ends = [size * k // processes for k in range(processes + 1)]
+    writers = [multiprocessing.Process(
+        target=write_part, args=(path, first, end - first, start))
+        for first, end in zip(ends, ends[1:])]
+    for writer in writers:
+        writer.start()
+    start.wait()
+    begin = time.monotonic()
+    for writer in writers:
+        writer.join()
+    seconds = time.monotonic() - begin
+    path.unlink()
+    if any(writer.exitcode for writer in writers):
+        sys.exit(f"{path} cannot be written")
+    return seconds
+
+
+def run(arguments, ranks, *more):
+    """Summary of a run."""
+    scene = ROOT / "input" / "kelvin_helmholtz.json"
+    keys = {"grid.cells": [arguments.cells] * 2, "output.particles": False,
+            "output.grid": False}
+    settings = [*(f"{key}={json.dumps(value)}" for key, value in keys.items()),
+                *arguments.settings]
+    directory = arguments.output / "run"
+    command = [str(arguments.machpoint), "run", str(scene), "--quiet",
+               "--output", str(directory), *more]
+    for setting in settings:
+        command += ["--set", setting]
+    if ranks > 1:
+        command = [*arguments.mpiexec.split(), "-n", str(ranks), *command]
+    os.sync()
+    subprocess.run(command, check=True, env=ENVIRONMENT)
+    return json.loads((directory / "summary.json").read_text())
+
+
+def measure(arguments, ranks):
+    """One round: {figure: value}."""
+    directory = arguments.output / "run"
+    shutil.rmtree(directory, ignore_errors=True)
+    without = run(arguments, ranks, "--max-steps", "1")
+    shutil.rmtree(directory)
+    kept = run(arguments, ranks, "--max-steps", "1", "--set",
+               'checkpoint={"every_steps":1}')
+    phase, = [p for p in kept["phases"] if p["name"] == "checkpoint"]
+    file, = (directory / "checkpoints").glob("*.h5")
+    size = file.stat().st_size
+    restarted = run(arguments, ranks, "--max-steps", "1", "--restart",
+                    "latest")
+    shutil.rmtree(directory)
+    os.sync()
+    plain = plain_write(arguments.output / "plain", size, ranks)
+    return {"particles": kept["particles_final"], "bytes": size,
+            "checkpoint": phase["seconds"], "plain": plain,
+            "memory": without["peak_memory_bytes"],
+            "memory_checkpoint": kept["peak_memory_bytes"],
+            "memory_restart": restarted["peak_memory_bytes"]}
+
+
+def show(ranks, rounds):
+    """Prints medians."""
+    def figures(name):
+        return [r[name] for r in rounds]
+
+    def seconds(name):
+        values = figures(name)
+        rates = [r["bytes"] / 1e6 / r[name] for r in rounds]
+        return (f"{statistics.median(values):.2f} s ({min(values):.2f} to "
+                f"{max(values):.2f}), {statistics.median(rates):.0f} MB/s")
+
+    ratios = [r["checkpoint"] / r["plain"] for r in rounds]
+    memory = {name: statistics.median(figures(name)) / 1e9 for name in
+              ("memory", "memory_checkpoint", "memory_restart")}
+    print(f"{ranks} ranks, {rounds[0]['particles']} particles, "
+          f"{rounds[0]['bytes'] / 1e9:.2f} GB:\n"
+          f"  checkpoint    {seconds('checkpoint')}\n"
+          f"  plain write   {seconds('plain')}\n"
+          f"  ratio         {statistics.median(ratios):.2f} "
+          f"({min(ratios):.2f} to {max(ratios):.2f})\n"
+          f"  peak memory   {memory['memory']:.2f} GB without a checkpoint, "
+          f"{memory['memory_checkpoint']:.2f} GB with one, "
+          f"{memory['memory_restart']:.2f} GB of a restart", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--machpoint", metavar="PATH",
+                        default=ROOT / "build/openmp/machpoint")
+    parser.add_argument("--cells", type=int, default=1600, metavar="NUMBER")
+    parser.add_argument("--ranks", default="1,2", metavar="NUMBER,...")
+    parser.add_argument("--repeats", type=int, default=5, metavar="NUMBER")
+    parser.add_argument("--set", action="append", dest="settings", default=[],
+                        metavar="path=value")
+    parser.add_argument("--mpiexec", default="mpirun", metavar="COMMAND")
+    parser.add_argument("--output", type=pathlib.Path, metavar="DIR",
+                        default=pathlib.Path("out/checkpoint"))
+    arguments = parser.parse_args()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    rounds = {int(ranks): [] for ranks in arguments.ranks.split(",")}
+    for _ in range(arguments.repeats):
+        for ranks, found in rounds.items():
+            found.append(measure(arguments, ranks))
+    for ranks, found in rounds.items():
+        show(ranks, found)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
