@@ -542,6 +542,21 @@ class Particles
             sidecar->permute( bins, keep_spare );
     }
 
+    //! Appends copies of particles, sidecars included. \param rows [n]
+    void duplicate( const IndexList& rows )
+    {
+        const int first = size();
+        const int count = static_cast<int>( rows.extent( 0 ) );
+        IndexList copies( "Machpoint::copies", count );
+        Kokkos::parallel_for(
+            "Machpoint::rowsOfCopies", Range( 0, count ),
+            KOKKOS_LAMBDA( const int k ) { copies( k ) = first + k; } );
+        resize( first + count );
+        Impl::moveTuples( _aosoa, rows, copies, count );
+        for ( auto& sidecar : _sidecars )
+            sidecar->move( rows, copies, count );
+    }
+
     /*!
       \brief Removes the particles whose id is negative.
 

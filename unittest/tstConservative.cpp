@@ -274,6 +274,48 @@ INSTANTIATE_TEST_SUITE_P( Each, Parts,
                           testing::Combine( testing::Range( 0, 13 ),
                                             testing::ValuesIn( bases ) ) );
 
+// Halves differ in their places alone, so gas that leaves a square stays its
+// own mirror image about both axes and both diagonals.
+TEST( Splitting, prefersNoDirection )
+{
+    for ( const auto& basis : bases )
+        for ( const std::string time : { "symplectic", "midpoint" } )
+        {
+            auto input = box( 2, 16, 2, "conservative", basis, "slip_wall" );
+            addViscosity( input );
+            input["method"]["time"] = time;
+            input["method"]["merge_volume"] = 0; // pairs follow the ids
+            input["initial"][0]["region"] = { { "type", "box" },
+                                              { "lower", { 0.25, 0.25 } },
+                                              { "upper", { 0.75, 0.75 } } };
+            auto run = simulate( input );
+            const int before = run->particles();
+            advanceTo( *run, 0.1 );
+            EXPECT_GT( run->particles(), 2 * before ) << basis << time;
+            const auto data = run->particleData();
+            using Place = std::pair<long, long>;
+            auto place = []( const Real x, const Real y )
+            {
+                return Place{ std::lround( ( x - 0.5 ) * 1e6 ),
+                              std::lround( ( y - 0.5 ) * 1e6 ) };
+            };
+            std::map<Place, Real> volumes;
+            for ( std::size_t p = 0; p < data.mass.size(); ++p )
+                volumes[place( data.position[2 * p],
+                               data.position[2 * p + 1] )] = data.volume[p];
+            ASSERT_EQ( volumes.size(), data.mass.size() ) << basis << time;
+            for ( const auto& [at, volume] : volumes )
+                for ( const Place& image : { Place{ -at.first, at.second },
+                                             Place{ at.first, -at.second },
+                                             Place{ at.second, at.first } } )
+                {
+                    ASSERT_TRUE( volumes.count( image ) )
+                        << basis << time << at.first << " " << at.second;
+                    EXPECT_NEAR( volumes.at( image ), volume, 1e-9 );
+                }
+        }
+}
+
 // Small errors of volume stay, larger ones shrink at the rate of compression;
 // of shear only those past the wider band, and hardly any at low Mach numbers.
 TEST( Relaxation, rate )

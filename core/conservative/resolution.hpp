@@ -118,7 +118,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             return V( p ) > widest && m( p ) > mass_floor * original( p );
         } );
     const auto number = numberByParent( state, large );
-    state.particles.resize( n + count );
+    state.particles.duplicate( large );
     const auto x = state.particles.template slice<Position>();
     const auto id = state.particles.template slice<Id>();
     const auto affine = state.particles.template slice<VelocityGradient>();
@@ -126,53 +126,69 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto mass = state.particles.template slice<Mass>();
     const auto volume = state.particles.template slice<Volume>();
     const auto lengths = Cabana::slice<Stretch>( history.data() );
-    const auto particles = state.particles.data();
-    const auto histories = history.data();
-    const auto rates = state.rates->data();
     const auto grid = state.grid;
     Kokkos::parallel_for(
         "Machpoint::splitParticles", Range( 0, count ),
         KOKKOS_LAMBDA( const int k ) {
             const int p = large( k );
             const int q = n + k;
-            int axis = 0;
+            Real longest = lengths( p, 0 );
             for ( int a = 1; a < Dim; ++a )
-                // Not by round-off where both are alike.
-                if ( lengths( p, a ) > lengths( p, axis ) + 1e-9 )
-                    axis = a;
-            const Real size =
-                Kokkos::pow( volume( p ), 1.0 / Dim ) *
-                Kokkos::exp( Kokkos::min( lengths( p, axis ), 0.7 ) );
-            const Real y = x( p, axis );
-            const Real room = 0.999 * Kokkos::min( y - grid.lower[axis],
-                                                   grid.upper[axis] - y );
-            const Real offset =
-                Kokkos::max( Kokkos::min( 0.25 * size, room ), 0.0 );
-            // Half the length along the axis, the same across.
-            const Real halved = Kokkos::log( 2.0 );
+                longest = Kokkos::max( longest, lengths( p, a ) );
+            // Axes that are alike share the direction, with the signs along
+            // which the gas is stretched; neither is left to round-off.
+            Vector<Dim> u{};
+            int axes = 0;
+            int first = 0;
             for ( int a = 0; a < Dim; ++a )
-                lengths( p, a ) += halved / Dim;
-            lengths( p, axis ) -= halved;
-            mass( p ) *= 0.5;
-            volume( p ) *= 0.5;
-            particles.setTuple( q, particles.getTuple( p ) );
-            histories.setTuple( q, histories.getTuple( p ) );
-            rates.setTuple( q, rates.getTuple( p ) );
-            x( p, axis ) = y - offset;
-            x( q, axis ) = y + offset;
+                if ( lengths( p, a ) >= longest - 1e-9 )
+                {
+                    if ( axes++ == 0 )
+                        first = a;
+                    const Real shear =
+                        affine( p, first, a ) + affine( p, a, first );
+                    const Real strain =
+                        Kokkos::abs( affine( p, a, a ) ) +
+                        Kokkos::abs( affine( p, first, first ) );
+                    u[a] = a != first && shear < -1e-9 * strain ? -1 : 1;
+                }
+            Real offset = 0.25 / Kokkos::sqrt( static_cast<Real>( axes ) ) *
+                          Kokkos::pow( volume( p ), 1.0 / Dim ) *
+                          Kokkos::exp( Kokkos::min( longest, 0.7 ) );
+            for ( int a = 0; a < Dim; ++a )
+                if ( u[a] != 0 )
+                    offset = Kokkos::min(
+                        offset,
+                        0.999 * Kokkos::min( x( p, a ) - grid.lower[a],
+                                             grid.upper[a] - x( p, a ) ) );
+            offset = Kokkos::max( offset, 0.0 );
+            // Half the length along the direction, the same across.
+            const Real halved = Kokkos::log( 2.0 );
             id( q ) = number( k );
-            const Real moment = momentAt<Basis, Dim>( grid, y, axis );
             for ( const int half : { p, q } )
             {
-                const Real moment_new =
-                    momentAt<Basis, Dim>( grid, x( half, axis ), axis );
-                const Real factor = slopeFactor<Basis>( moment, moment_new );
-                for ( int a = 0; a < Dim; ++a )
+                mass( half ) *= 0.5;
+                volume( half ) *= 0.5;
+                for ( int b = 0; b < Dim; ++b )
                 {
-                    const Real slope = affine( half, a, axis );
-                    affine( half, a, axis ) = slope * factor;
-                    e( half ) += 0.5 * slope * slope *
-                                 ( moment - factor * factor * moment_new );
+                    lengths( half, b ) += halved / Dim;
+                    if ( u[b] == 0 )
+                        continue;
+                    lengths( half, b ) -= halved / axes;
+                    const Real moment =
+                        momentAt<Basis, Dim>( grid, x( half, b ), b );
+                    x( half, b ) += ( half == p ? -offset : offset ) * u[b];
+                    const Real moment_new =
+                        momentAt<Basis, Dim>( grid, x( half, b ), b );
+                    const Real factor =
+                        slopeFactor<Basis>( moment, moment_new );
+                    for ( int a = 0; a < Dim; ++a )
+                    {
+                        const Real slope = affine( half, a, b );
+                        affine( half, a, b ) = slope * factor;
+                        e( half ) += 0.5 * slope * slope *
+                                     ( moment - factor * factor * moment_new );
+                    }
                 }
             }
         } );
