@@ -61,6 +61,24 @@ Json makeInput( const Case& c, const int particles )
     return input;
 }
 
+//! The same rows in another order. \param order [rows]
+template <class T>
+Rows<T> inOrder( const Rows<T>& rows, const std::vector<std::size_t>& order )
+{
+    const auto columns = rows.columns;
+    std::vector<T> old( rows.count * columns );
+    rows.fetch( 0, rows.count, old.data() );
+    std::vector<T> values( old.size() );
+    for ( std::size_t k = 0; k < values.size(); ++k )
+        values[k] = old[order[k / columns] * columns + k % columns];
+    return { rows.count, columns,
+             [columns, values]( const std::size_t first,
+                                const std::size_t count, T* block ) {
+                 std::copy_n( values.data() + first * columns, count * columns,
+                              block );
+             } };
+}
+
 //! Shuffles each rank's particles in memory: what a run becomes whose particles
 //! have mixed and were never sorted.
 void shuffle( Simulation& simulation )
@@ -69,30 +87,25 @@ void shuffle( Simulation& simulation )
     simulation.checkpoint( written );
     auto entries = written.entries();
     std::vector<std::size_t> order;
-    for ( auto& [name, entry] : entries )
+    auto permute = [&]( auto& entry, auto& rows )
     {
-        if ( !entry.is_distributed || name.rfind( "particles/", 0 ) != 0 )
-            continue;
         if ( order.empty() ) // all have the same number of rows
         {
-            order.resize( entry.shape[0] );
+            order.resize( rows.count );
             std::iota( order.begin(), order.end(), 0 );
             std::shuffle( order.begin(), order.end(), std::mt19937_64( 1 ) );
         }
-        auto permute = [&]( const auto& values )
-        {
-            auto result = values;
-            const std::size_t columns = entry.shape[1];
-            for ( std::size_t k = 0; k < values.size(); ++k )
-                result[k] = values[order[k / columns] * columns + k % columns];
-            return result;
-        };
-        if ( const auto* real =
-                 std::get_if<std::vector<Real>>( &entry.values ) )
-            entry.values = permute( *real );
-        else
-            entry.values =
-                permute( std::get<std::vector<std::int64_t>>( entry.values ) );
+        entry.values = inOrder( rows, order );
+    };
+    for ( auto& [name, entry] : entries )
+    {
+        if ( name.rfind( "particles/", 0 ) != 0 )
+            continue;
+        if ( const auto* real = std::get_if<Rows<Real>>( &entry.values ) )
+            permute( entry, *real );
+        else if ( const auto* whole =
+                      std::get_if<Rows<std::int64_t>>( &entry.values ) )
+            permute( entry, *whole );
     }
     Archive shuffled( std::move( entries ) );
     simulation.checkpoint( shuffled );

@@ -119,10 +119,11 @@ def make_jobs(arguments, directory):
         found.append(Job(("held", method),
                          partial(jobs.held_bytes, machpoint, method, cells,
                                  directory), 1))
-    found.append(Job(
-        ("cylinder",), lambda: jobs.scene(
-            machpoint, "cylinder_mach3",
-            {"grid.cells": [40, 20]} if fast else {}, 2, directory,
+    small = {"grid.cells": [40, 20]} if fast else {}
+    for name, sets in ((("cylinder",), small),
+                       (("cylinder", "cfl 1.2"), {"time.cfl": 1.2, **small})):
+        found.append(Job(name, lambda sets=sets: jobs.scene(
+            machpoint, "cylinder_mach3", sets, 2, directory,
             5 if fast else None)["wall_seconds"], 2))
     return found
 

@@ -84,6 +84,8 @@ def rows(of, sod_note=""):
                   of.get(("serial", dim))), least=1.8))
     found.append(Row("`cylinder_mach3`, 400x200 to t = 4, 2 threads",
                      of.get(("cylinder",)), "s", most=35))
+    found.append(Row("the same at `time.cfl` 1.2 instead of 0.8",
+                     of.get(("cylinder", "cfl 1.2")), "s"))
     found.append(Row("Sod at L1(rho) <= 1.5e-3, 1 thread", of.get(("sod",)),
                      "s", most=0.1, note=sod_note))
     for method in ("apic", "conservative"):
@@ -94,8 +96,8 @@ def rows(of, sod_note=""):
             f"2D `{method}`, memory of a particle over one AoSoA's bytes",
             ratio(held, bare), most=1.4, note=note))
         found.append(Row(
-            f"2D `{method}`, the same over all that its AoSoAs hold (the copy "
-            "to return to, sidecars)",
+            f"2D `{method}`, the same over all that its AoSoAs hold (the old "
+            "state to return to, sidecars)",
             ratio(held, of.get(("held", method)))))
     return found
 
