@@ -430,6 +430,9 @@ SMOOTH = {"method.blend": 0.1,
 PLACEMENTS = [{"particles.placement": p} for p in ("lattice", "random")]
 CYLINDER = {"grid.cells": [200, 100], "particles.placement": "lattice",
             "output.every": 0.1}
+# The pressure at the nose hangs on layers of particles that faces cannot tell
+# apart (docs/conservative.md, section 8).
+EVEN = dict(CYLINDER, **{"method.pressure_relaxation": 0.1})
 
 CASES = [
     Case("sedov_2d", "2D", "sedov_2d", "cylindrical blast", sedov,
@@ -514,10 +517,10 @@ CASES = [
                                        "finite volumes, 100x300")}),
     Case("filling", "2D", "filling", "a quarter of gas fills a box",
          lambda runs: {}, [{}], square(32),
-         {"asymmetry": at_most(5e-2, SYMMETRY)}, mirrors=("xy",)),
-    Case("cylinder_mach3", "2D", "cylinder_mach3", "Mach 3 cylinder",
-         bow_shock, [CYLINDER],
-         [dict(CYLINDER, **{"grid.cells": [60, 30], "time.end": 2})],
+         {"asymmetry": at_most(1e-2, SYMMETRY)}, mirrors=("xy",)),
+    Case("cylinder_mach3", "2D", "cylinder_mach3",
+         "Mach 3 cylinder, pressure_relaxation 0.1", bow_shock, [EVEN],
+         [dict(EVEN, **{"grid.cells": [60, 30], "time.end": 2})],
          {"stand-off, 200x100": Bound(0.66, 0.71, TABLE, 0.683),
           "pitot, 200x100": about(12.06, 0.02, TABLE, 12.0),
           "pitot's std, 200x100": at_most(0.17, TABLE, 0.13),
@@ -530,9 +533,9 @@ CASES = [
           "asymmetry": at_most(5e-2, COARSE)}, mirrors=(1,)),
     Case("cylinder_mach3_random", "2D", "cylinder_mach3",
          "the same, random placement", bow_shock,
-         [dict(CYLINDER, **{"particles.placement": "random"})],
-         [dict(CYLINDER, **{"particles.placement": "random",
-                            "grid.cells": [60, 30], "time.end": 2})],
+         [dict(EVEN, **{"particles.placement": "random"})],
+         [dict(EVEN, **{"particles.placement": "random",
+                        "grid.cells": [60, 30], "time.end": 2})],
          {"pitot, 200x100": about(12.06, 0.02, TABLE, 11.91)}),
     Case("cylinder_mach10", "2D", "cylinder_mach10", "Mach 10 cylinder",
          bow_shock, [{"grid.cells": [100, 100], "output.every": 0.02}],
