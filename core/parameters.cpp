@@ -32,6 +32,12 @@ std::string join( const std::vector<std::string>& words,
 
 } // namespace
 
+void setKeys( Json& object, const Json& keys )
+{
+    for ( const auto& item : keys.items() )
+        object[item.key()] = item.value();
+}
+
 //---------------------------------------------------------------------------//
 // Declaring.
 
@@ -1217,7 +1223,7 @@ Json jsonSchema( const Parameters& parameters )
     const auto root = objectSchema( parameters, false, definitions );
     Json schema = { { "$schema", "http://json-schema.org/draft-07/schema#" },
                     { "title", parameters.name() } };
-    schema.update( root );
+    setKeys( schema, root );
     schema["definitions"] = std::move( definitions );
     return schema;
 }

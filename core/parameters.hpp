@@ -26,6 +26,11 @@ namespace Machpoint
 //! JSON that keeps the order of the keys of the input.
 using Json = nlohmann::ordered_json;
 
+//! Sets the keys of one object in another, as Json::update is there for. That
+//! of nlohmann-json 3.11 leaves the other keys of an ordered object without a
+//! parent (its pull request 5017), which its assertions in debug builds refuse.
+void setKeys( Json& object, const Json& keys );
+
 //! A wrong input: one message for each thing that is wrong with it.
 class InputError : public std::runtime_error
 {

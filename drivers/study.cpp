@@ -337,7 +337,8 @@ class Laboratory
         {
             record["values"] = seriesMeans( folder );
             if ( !_study.probes.empty() )
-                record["values"].update( probeMeans( folder, _study.probes ) );
+                setKeys( record["values"],
+                         probeMeans( folder, _study.probes ) );
         }
         return true;
     }
@@ -366,7 +367,8 @@ class Laboratory
         if ( &row == &whole || !row.isFinished() || !whole.isFinished() ||
              record.value( "compared_to", Json() ) == id )
             return;
-        record["errors"].update(
+        setKeys(
+            record["errors"],
             gridChanges( folderOf( row ), folderOf( whole ), row.run.input ) );
         if ( record.contains( "values" ) )
             for ( const auto& value : record.at( "values" ).items() )

@@ -194,10 +194,10 @@ Json withoutAll( const Json& input )
 {
     auto settings = Json::object();
     for ( const auto& effect : optionalEffects( input ) )
-        settings.update( effect.off );
-    settings.update(
-        physicsWithout( input.at( "physics" ), []( const Json& entry )
-                        { return !isEquationOfState( entry ); } ) );
+        setKeys( settings, effect.off );
+    setKeys( settings,
+             physicsWithout( input.at( "physics" ), []( const Json& entry )
+                             { return !isEquationOfState( entry ); } ) );
     return settings;
 }
 

@@ -98,7 +98,7 @@ Json sabotaged( const std::string& method, const Json& fault )
                             method == "paper" ? "linear" : "quadratic" );
     addViscosity( input );
     Json saboteur = { { "type", "saboteur" }, { "step", 20 } };
-    saboteur.update( fault );
+    setKeys( saboteur, fault );
     input["physics"].push_back( saboteur );
     return input;
 }
