@@ -291,7 +291,7 @@ TEST( Splitting, prefersNoDirection )
             auto run = simulate( input );
             const int before = run->particles();
             advanceTo( *run, 0.1 );
-            EXPECT_GT( run->particles(), 2 * before ) << basis << time;
+            EXPECT_GT( run->particles(), before ) << basis << time;
             const auto data = run->particleData();
             using Place = std::pair<long, long>;
             auto place = []( const Real x, const Real y )
