@@ -12,6 +12,7 @@ import random
 import re
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
@@ -243,6 +244,17 @@ class Kept(RestartTest):
         self.assertEqual([int(path.stem) for path in checkpoints(self.output)],
                          [30, 40, 50])
         self.assertEqual(list(self.output.rglob("*.tmp")), [])
+
+    def test_what_one_costs_is_measured(self):
+        script = pathlib.Path(__file__).parents[1] / "benchmarks/checkpoint"
+        done = subprocess.run(
+            [sys.executable, script, "--machpoint", EXECUTABLE, "--cells", "32",
+             "--ranks", "1", "--repeats", "1", "--output",
+             self.output / "price"], capture_output=True, text=True,
+            timeout=60, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, r"1 ranks, 4096 particles, .*\n"
+                                      r" +checkpoint .*\n +plain write ")
 
     def test_every_time(self):
         self.run_code(FINISHED, "--set",
