@@ -127,12 +127,16 @@ def execute(machpoint, scene, sets, directory, timeout):
 
 
 def _naca4(shape):
-    """Vertices of an aerofoil's outline, Abbott and von Doenhoff 1959."""
+    """Vertices of an aerofoil's outline: those of boundary/shape.hpp.
+
+    Abbott and von Doenhoff 1959, but -0.1036 for -0.1015, which closes the
+    trailing edge.
+    """
     m, p, t = (int(shape["digits"][0]) / 100, int(shape["digits"][1]) / 10,
                int(shape["digits"][2:]) / 100)
-    x = 0.5 * (1 - np.cos(np.linspace(0, math.pi, 400)))
+    x = 0.5 * (1 - np.cos(np.linspace(0, math.pi, 201)))
     half = 5 * t * (0.2969 * np.sqrt(x) - 0.126 * x - 0.3516 * x**2 +
-                    0.2843 * x**3 - 0.1015 * x**4)
+                    0.2843 * x**3 - 0.1036 * x**4)
     line, slope = np.zeros_like(x), np.zeros_like(x)
     if m > 0:
         front = x < p
@@ -233,8 +237,7 @@ def broken_invariants(run, most_steps=None):
         for entry in run.input["boundary"]:
             if entry["type"] == "obstacle":
                 depth = depth_in(entry["shape"], x).max()
-                # An aerofoil's outline here is a polygon of 800 points.
-                require(depth <= 1e-3 * run.spacing,
+                require(depth <= 1e-9 * run.spacing,
                         f"particles {depth:.2g} inside of a solid")
     return broken
 
