@@ -153,6 +153,12 @@ KOKKOS_FORCEINLINE_FUNCTION void copy( const Slice& from, const Slice& to,
     to( p.first ) = from( p.first );
 }
 
+//! Nothing to do here: threads wait for memory in turns.
+template <class Slice>
+KOKKOS_FORCEINLINE_FUNCTION void prefetchForTest( const Slice&, const int )
+{
+}
+
 #else
 
 //! \name Several particles
@@ -174,6 +180,23 @@ inline bool all( const LaneMask& mask )
 //! members of every tile, in an order that the processor does not foresee.
 inline constexpr int tiles_ahead = 4;
 
+//! Fetches a member of the particles some tiles ahead of row p.
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
+                                           const D... d )
+{
+    __builtin_prefetch( &slice( p, d... ) + tiles_ahead * Slice::soa_stride );
+}
+
+//! The same for a kernel that does no more than look at one number, which has
+//! passed many tiles before the memory answers.
+template <class Slice>
+KOKKOS_FORCEINLINE_FUNCTION void prefetchForTest( const Slice& slice,
+                                                  const int p )
+{
+    __builtin_prefetch( &slice( p ) + 4 * tiles_ahead * Slice::soa_stride );
+}
+
 // A slice of an AoSoA holds as many neighbours as its tiles are long, and packs
 // never cross tiles.
 template <class Slice, class... D>
@@ -182,8 +205,7 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes load( const Slice& slice, const Pack p,
 {
     static_assert( Slice::vector_length % lane_count == 0 );
     Lanes value;
-    __builtin_prefetch( &slice( p.first, d... ) +
-                        tiles_ahead * Slice::soa_stride );
+    prefetch( slice, p.first, d... );
     std::memcpy( static_cast<void*>( &value ), &slice( p.first, d... ),
                  sizeof( Lanes ) );
     return value;
@@ -214,7 +236,7 @@ KOKKOS_FORCEINLINE_FUNCTION void copy( const Slice& from, const Slice& to,
                                        const Pack p )
 {
     static_assert( sizeof( typename Slice::value_type ) == sizeof( Real ) );
-    __builtin_prefetch( &from( p.first ) + tiles_ahead * Slice::soa_stride );
+    prefetch( from, p.first );
     std::memcpy( &to( p.first ), &from( p.first ), sizeof( Lanes ) );
 }
 

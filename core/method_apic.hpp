@@ -54,6 +54,7 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
     const auto carry = carryOver( state.particles );
+    const auto check = suspect( state );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -102,13 +103,13 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
                 } );
             Lanes affine( 0.0 );     // sum |C'|^2 moment at the old position
             Lanes affine_new( 0.0 ); // and at the new one
-            VectorOf<Dim, Lanes> new_x{};
+            VectorOf<Dim, Lanes> new_x{}, new_v{};
             for ( int a = 0; a < Dim; ++a )
             {
                 squares -= change[a] * change[a];
-                const Lanes new_v = old_v[a] + change[a];
-                new_x[a] = old_x[a] + dt * new_v;
-                storeWhere( mine, next_v, new_v, p, a );
+                new_v[a] = old_v[a] + change[a];
+                new_x[a] = old_x[a] + dt * new_v[a];
+                storeWhere( mine, next_v, new_v[a], p, a );
                 storeWhere( mine, next_x, new_x[a], p, a );
             }
             for ( int b = 0; b < Dim; ++b )
@@ -143,11 +144,14 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
             const Lanes old_V = load( V, p );
             const Lanes old_e = load( e, p );
             const Lanes work = load( pressure, p ) * old_V / load( m, p ) * D;
-            const Lanes new_V = old_V * exponential( Lanes( dt * D ) );
-            storeWhere( mine, next_e, old_e + loss - dt * work, p );
-            storeWhere( mine, next_V, Kokkos::min( new_V, Lanes( widest ) ),
-                        p );
+            const Lanes new_e = old_e + loss - dt * work;
+            const Lanes new_V =
+                Kokkos::min( Lanes( old_V * exponential( Lanes( dt * D ) ) ),
+                             Lanes( widest ) );
+            storeWhere( mine, next_e, new_e, p );
+            storeWhere( mine, next_V, new_V, p );
             carry( p );
+            check( p, mine, new_x, new_v, new_V, new_e );
         } );
 }
 } // namespace Impl

@@ -179,7 +179,7 @@ struct Conservative : MethodDefaults
         state.halo.fill( state.nodes.velocities,
                          vectorComponents<Dim, 1>( Parity::velocity ) );
         Impl::normaliseFaces( state, faces, parts.least_filling );
-        Impl::differenceVelocity( state, faces, 0 );
+        Impl::differenceVelocity<false>( state, faces );
         if ( parts.viscosity_limiter )
         {
             {
@@ -229,7 +229,7 @@ struct Conservative : MethodDefaults
         auto gather = [&]( const Part& part )
         {
             // Again with the halo, where that has come meanwhile.
-            Impl::differenceVelocity( state, storage.faces, 0.5 );
+            Impl::differenceVelocity<true>( state, storage.faces );
             if ( state.images.count > 0 && part.marked )
                 state.ledger.energy_in +=
                     Impl::workOfImages<Basis>( state, storage.faces );

@@ -105,11 +105,13 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto pressure = state.particles.template slice<Pressure>();
+    const auto new_v = state.particles.template slice<Velocity>();
     const auto next_x = state.particles.template next<Position>();
     const auto next_L = state.particles.template next<VelocityGradient>();
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
     const auto carry = carryOver( state.particles );
+    const auto check = suspect( state );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -136,19 +138,25 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
                              }
                          } );
             Lanes D( 0.0 );
+            VectorOf<Dim, Lanes> new_x{};
             for ( int a = 0; a < Dim; ++a )
             {
                 D += gradient[a][a];
                 for ( int b = 0; b < Dim; ++b )
                     store( next_L, gradient[a][b], p, a, b );   // 9a
-                store( next_x, old_x[a] + dt * move[a], p, a ); // 10
+                new_x[a] = old_x[a] + dt * move[a]; // 10
+                store( next_x, new_x[a], p, a );
             }
             const Lanes volume = load( V, p );
             const Lanes work = load( pressure, p ) * volume / load( m, p ) * D;
-            store( next_e, load( e, p ) - dt * work, p ); // 9b
-            store( next_V, volume * Kokkos::max( 1 + dt * D, Lanes( least ) ),
-                   p ); // 9c
+            const Lanes new_e = load( e, p ) - dt * work; // 9b
+            const Lanes new_V =
+                volume * Kokkos::max( 1 + dt * D, Lanes( least ) ); // 9c
+            store( next_e, new_e, p );
+            store( next_V, new_V, p );
             carry( p );
+            check( p, LaneMask( true ), new_x, loadVector<Dim>( new_v, p ),
+                   new_V, new_e );
         } );
 }
 } // namespace Impl

@@ -69,6 +69,9 @@ struct State
     Real dt = 0;               //!< of the step, before it of the last one
     Real cfl = 0;              //!< Courant number
     bool reproducible = false; //!< sums have the same bits on any ranks
+    Real least_energy = 0;     //!< per mass, that a step may leave
+    //! Not 0: a step has left a particle that may not be sound; see Suspect.
+    Kokkos::View<int, MemorySpace> suspicion{ "Machpoint::suspicion" };
     std::int64_t step = 0;     //!< steps done
     //! Next id of a particle that is made of another one; beyond all ids of
     //! initial states and inflows.
@@ -166,8 +169,9 @@ class Module
     virtual void applyToGrid( State<Dim>&, const GridVelocity& ) {}
     //! After the new node velocities are known: account for work done.
     virtual void gridWork( State<Dim>& ) {}
-    //! Sources of particle momentum or energy, after G2P.
-    virtual void particleSource( State<Dim>& ) {}
+    //! Sources of particle momentum or energy, after G2P. \return did it
+    //! change any, so that they have to be checked again?
+    virtual bool particleSource( State<Dim>& ) { return false; }
     //! After particles moved: wrap, reflect, push out, or mark for removal
     //! (negative id). \return how many it marked
     virtual int applyToParticles( State<Dim>& ) { return 0; }

@@ -9,6 +9,7 @@
 #include <core/archive.hpp>
 #include <core/collect.hpp>
 #include <core/communicator.hpp>
+#include <core/lanes.hpp>
 #include <core/traffic.hpp>
 #include <core/types.hpp>
 
@@ -109,10 +110,14 @@ class SidecarBase
     //! Copies entry from(k) onto entry to(k) for k < count.
     virtual void move( const IndexList& from, const IndexList& to,
                        int count ) = 0;
-    //! Keeps a copy of all entries, if a step changes them.
-    virtual void save() = 0;
-    //! Returns to the copy. \param n number of particles then
+    //! \name A step, as in Particles, if one changes the entries
+    //! @{
+    virtual void beginStep( bool keeps ) = 0;
+    virtual void endStep() = 0;
+    //! \param n number of particles before the step
     virtual void restore( std::size_t n ) = 0;
+    virtual void save() = 0;
+    //! @}
 #ifdef MACHPOINT_ENABLE_MPI
     //! Sends the entries of the given rows by a plan, and keeps what arrives.
     virtual void send( const ParticlePlan& plan, const IndexList& rows ) = 0;
@@ -365,17 +370,29 @@ class Sidecar : public SidecarBase
     {
         Impl::moveTuples( _aosoa, from, to, count );
     }
-    void save() override
+    void beginStep( const bool keeps ) override
     {
-        if ( _during_step == DuringStep::changes )
-            Impl::copyParticles( _spare, _aosoa );
+        _keeps = keeps && _during_step == DuringStep::changes;
+        if ( _keeps )
+            Impl::resizeWithSlack( _spare, _aosoa.size() );
+    }
+    void endStep() override
+    {
+        if ( _keeps )
+            std::swap( _aosoa, _spare );
+        _keeps = false;
     }
     void restore( const std::size_t n ) override
     {
         if ( _during_step == DuringStep::changes )
-            Impl::copyParticles( _aosoa, _spare );
+            std::swap( _aosoa, _spare );
         else
             resize( n );
+    }
+    void save() override
+    {
+        if ( _during_step == DuringStep::changes )
+            Impl::copyParticles( _spare, _aosoa );
     }
 #ifdef MACHPOINT_ENABLE_MPI
     void send( const ParticlePlan& plan, const IndexList& rows ) override
@@ -405,12 +422,18 @@ class Sidecar : public SidecarBase
     {
         return _aosoa;
     }
+    //! Where a step writes all members anew.
+    aosoa_type& next()
+    {
+        return _keeps ? _spare : _aosoa;
+    }
 
   private:
     std::string _label;
     DuringStep _during_step;
+    bool _keeps = false;
     aosoa_type _aosoa;
-    aosoa_type _spare;   // the copy, or room for a new order
+    aosoa_type _spare;   // the other state, or room for a new order
     aosoa_type _arrived; // between send and receive
 };
 
@@ -471,11 +494,16 @@ class Particles
     void beginStep( const bool keeps )
     {
         _keeps = keeps;
-        if ( !keeps )
-            return;
-        Impl::resizeWithSlack( _other, _aosoa.size() );
+        if ( keeps )
+            Impl::resizeWithSlack( _other, _aosoa.size() );
         for ( auto& sidecar : _sidecars )
-            sidecar->save();
+            sidecar->beginStep( keeps );
+    }
+    //! A member as it was when the step began, if it keeps the old state.
+    template <std::size_t M>
+    auto start() const
+    {
+        return Cabana::slice<M>( _aosoa );
     }
     //! A member of the new state.
     template <std::size_t M>
@@ -494,6 +522,8 @@ class Particles
     {
         if ( _keeps )
             std::swap( _aosoa, _other );
+        for ( auto& sidecar : _sidecars )
+            sidecar->endStep();
         _reached = {};
         _keeps = false;
     }
@@ -573,7 +603,10 @@ class Particles
         const auto id = slice<Id>();
         const auto holes = collect(
             "Machpoint::findHoles", 0, kept, removed,
-            KOKKOS_LAMBDA( const int p ) { return id( p ) < 0; } );
+            KOKKOS_LAMBDA( const int p ) {
+                prefetchForTest( id, p );
+                return id( p ) < 0;
+            } );
         const auto movers = collect(
             "Machpoint::findMovers", kept, n, removed,
             KOKKOS_LAMBDA( const int p ) { return id( p ) >= 0; } );

@@ -34,6 +34,8 @@ class Stepper : public Simulation
           _sort_every( input.at( "particles" ).at( "sort_every" ) ),
           _most_retries( input.at( "time" ).at( "retries" ) )
     {
+        if ( !Method::positive_energy )
+            _scene.state.least_energy = -Kokkos::Experimental::infinity_v<Real>;
         each( "set-up", &Module<Dim>::layOut );
         each( "set-up", &Module<Dim>::initialize );
         each( "set-up", &Module<Dim>::particleState );
@@ -297,7 +299,19 @@ class Stepper : public Simulation
                 [this]( const GridVelocity& v ) { constrain( v ); } );
         }
         state.particles.endStep();
-        each( "particle source", &Module<Dim>::particleSource );
+        applySources();
+    }
+
+    void applySources()
+    {
+        Profile::Phase phase( "particle source" );
+        _has_sources = false;
+        for ( auto& active : _scene.modules )
+        {
+            Profile::Effect effect( active.name );
+            if ( active.module->particleSource( _scene.state ) )
+                _has_sources = true;
+        }
     }
 
     //! Particles go to the ranks that have their cells.
@@ -319,8 +333,13 @@ class Stepper : public Simulation
             return {};
         Profile::Phase phase( "guard" );
         const Profile::Effect effect( "retries" );
-        return describe(
-            Machpoint::findFault( _scene.state, Method::positive_energy ) );
+        auto& state = _scene.state;
+        int suspicion = 0;
+        Kokkos::deep_copy( suspicion, state.suspicion );
+        if ( suspicion == 0 && !_has_sources )
+            return describe( Fault{} );
+        Kokkos::deep_copy( state.suspicion, 0 );
+        return describe( Machpoint::findFault( state ) );
     }
 
     //! The text of the rank whose fault is the worst; empty without faults.
@@ -550,6 +569,7 @@ class Stepper : public Simulation
     int _most_retries;
     std::int64_t _particles = 0; // on all ranks
     std::int64_t _retries = 0;
+    bool _has_sources = false; // after G2P, in this step
     //! \name Over all ranks, before the step
     //! @{
     Real _fastest = 0;         // max of c + |v|

@@ -6,6 +6,7 @@
 #define MACHPOINT_TIME_STEP_HPP
 
 #include <core/simulation.hpp>
+#include <core/soundness.hpp>
 
 #include <fmt/format.h>
 
@@ -111,74 +112,47 @@ struct Fault
     }
 };
 
-//! What is wrong with particle p. \param positive_energy is a negative energy a
-//! fault?
-template <int Dim, class Vectors, class Scalars>
+//! What is wrong with a particle that is not sound.
+//! \param moved since the step began [Dim] \param least energy
+template <int Dim>
 KOKKOS_INLINE_FUNCTION FaultKind
-kindOfFault( const Vectors& x, const Vectors& old_x, const Vectors& v,
-             const Scalars& V, const Scalars& e, const Vector<Dim>& spacing,
-             const int p, const bool positive_energy )
+kindOfFault( const Vector<Dim>& moved, const Vector<Dim>& v, const Real volume,
+             const Real energy, const Real least )
 {
-    // Written so that a NaN is caught too.
-    bool finite = Kokkos::abs( e( p ) ) < 1e300 && V( p ) < 1e300;
-    bool near = true;
+    bool finite = Kokkos::abs( energy ) < 1e300 && volume < 1e300;
     for ( int d = 0; d < Dim; ++d )
-    {
-        const Real moved = Kokkos::abs( x( p, d ) - old_x( p, d ) );
-        finite = finite && moved < 1e300 && Kokkos::abs( v( p, d ) ) < 1e150;
-        near = near && moved <= spacing[d];
-    }
+        finite = finite && Kokkos::abs( moved[d] ) < 1e300 &&
+                 Kokkos::abs( v[d] ) < 1e150;
     if ( !finite )
         return FaultKind::not_finite;
-    if ( !( V( p ) > 0 ) )
+    if ( !( volume > 0 ) )
         return FaultKind::no_volume;
-    if ( positive_energy && !( e( p ) > 0 ) )
-        return FaultKind::negative_energy;
-    return near ? FaultKind::none : FaultKind::moved_too_far;
+    return energy > least ? FaultKind::moved_too_far
+                          : FaultKind::negative_energy;
 }
 
-/*!
-  \brief The check after a step: finite, positive volume and energy, no
-  particle moved by more than a cell since the step began.
-  \param positive_energy is a negative energy a fault?
-*/
+//! The worst fault of all particles after a step.
 template <int Dim>
-Fault findFault( const State<Dim>& state, const bool positive_energy )
+Fault findFault( const State<Dim>& state )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto old_x = Cabana::slice<Position>( state.particles.old() );
+    const auto start = Cabana::slice<Position>( state.particles.old() );
     const auto spacing = state.grid.spacing;
-    const int n = state.particles.size();
-    const Real least_energy =
-        positive_energy ? 0 : -Kokkos::Experimental::infinity_v<Real>;
+    const Real least = state.least_energy;
     Fault fault;
     Kokkos::parallel_reduce(
-        "Machpoint::findFault", packs( n ),
-        KOKKOS_LAMBDA( const int k, Fault& worst ) {
-            const Pack p = Pack::of( k, n );
-            // Written so that a NaN is caught too.
-            const Lanes huge( 1e300 );
-            const Lanes energy = load( e, p );
-            const Lanes volume = load( V, p );
-            LaneMask fine = Lanes( least_energy ) < energy && energy < huge &&
-                            Lanes( 0.0 ) < volume && volume < huge;
+        "Machpoint::findFault", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p, Fault& worst ) {
+            Vector<Dim> moved{};
             for ( int d = 0; d < Dim; ++d )
-                fine = fine &&
-                       Kokkos::abs( load( x, p, d ) - load( old_x, p, d ) ) <=
-                           Lanes( spacing[d] ) &&
-                       Kokkos::abs( load( v, p, d ) ) < Lanes( 1e150 );
-            if ( any( active( p ) && !fine ) )
-                for ( int q = p.first; q < p.first + p.count; ++q )
-                {
-                    const Fault own{ q, kindOfFault<Dim>( x, old_x, v, V, e,
-                                                          spacing, q,
-                                                          positive_energy ) };
-                    if ( own.kind != FaultKind::none )
-                        worst += own;
-                }
+                moved[d] = x( p, d ) - start( p, d );
+            const auto u = get<Dim>( v, p );
+            if ( !isSound<Dim>( moved, u, V( p ), e( p ), spacing, least ) )
+                worst += Fault{
+                    p, kindOfFault<Dim>( moved, u, V( p ), e( p ), least ) };
         },
         fault );
     return fault;

@@ -8,6 +8,7 @@
 
 #include <core/basis.hpp>
 #include <core/module.hpp>
+#include <core/soundness.hpp>
 
 namespace Machpoint
 {

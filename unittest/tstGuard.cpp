@@ -37,11 +37,12 @@ class Saboteur : public Module<Dim>
           _fault( json.at( "fault" ) ), _late( json.at( "late" ) )
     {
     }
-    void particleSource( State<Dim>& state ) override
+    bool particleSource( State<Dim>& state ) override
     {
         state.ledger.energy_in += 1;
         if ( !_late )
             act( state );
+        return !_late;
     }
     int applyToParticles( State<Dim>& state ) override
     {

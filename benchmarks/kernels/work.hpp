@@ -106,7 +106,8 @@ class WorkOfStep
     //! All columns read and written: the new state stands beside the old one.
     //! `paper` needs no C, reads the new v again, and writes and reads a second
     //! velocity on nodes; `conservative` reads beta, theta and two fields on
-    //! faces, of which it writes one.
+    //! faces, of which it writes one, and with `midpoint` where the particle
+    //! started and the expansion that it remembers.
     Work gridToParticles() const
     {
         const Real N = stencil_nodes;
@@ -121,10 +122,10 @@ class WorkOfStep
         const Real tail = 4 * D + 5 * D * D + 12;
         if ( is_conservative )
             return work( 2 * D + D * D + 6 + written +
-                             ( s.midpoint ? D + 2 : 0 ),
+                             ( s.midpoint ? 2 * D + 2 : 0 ),
                          2 * D + 1 + D + 2 * D + D,
                          stencil() + N * ( 4 + D * ( 16 + 4 * D ) ) +
-                             9 * faces + tail + 20,
+                             8 * faces + tail + 20,
                          6 * D );
         return work( 2 * D + D * D + 6 + written, 2 * D,
                      stencil() + N * ( 1 + 2 * D * D + D * ( 14 + 2 * D ) ) +
@@ -137,13 +138,8 @@ class WorkOfStep
     //! m, V, e read; p, c written.
     Work equationOfState() const { return work( 5, 0, 6 ); }
 
-    //! Before a step v, m, V, e and c looked at, after it x, the old x, v, V
-    //! and e; a copy of what `midpoint` remembers of the last step.
-    Work guard() const
-    {
-        return work( 4 * D + 6 + ( s.midpoint ? 2 * ( D + 2 ) : 0 ), 0,
-                     7 * D + 12 );
-    }
+    //! Before a step v, m, V, e and c looked at; G2P looks at the new state.
+    Work guard() const { return work( D + 4, 0, 2 * D + 6 ); }
 
     //! All columns read and written, with keys and their order (three whole
     //! numbers), every few steps.
@@ -181,7 +177,7 @@ class WorkOfStep
     Real columns() const
     {
         const Real sidecars =
-            is_conservative ? 5 + D + 1 + ( s.midpoint ? D + 2 : 0 ) : 0;
+            is_conservative ? 5 + D + 1 + ( s.midpoint ? D + 1 : 0 ) : 0;
         return s.particle_bytes / column + sidecars;
     }
 

@@ -15,18 +15,24 @@ namespace Machpoint
 //! What a particle remembers of its last step; zero for one that has just
 //! entered.
 template <int Dim>
-using DriftMembers = Cabana::MemberTypes<Real[Dim], Real, Real>;
+using DriftMembers = Cabana::MemberTypes<Real[Dim], Real>;
 
 //! Names of the members.
 enum DriftMember : std::size_t
 {
     ExtraVelocity, //!< velocity of motion less v [Dim], length/time
-    LastExpansion, //!< D of the last step, 1/time
-    StartVolume    //!< V at the start of this step
+    LastExpansion  //!< D of the last step, 1/time
 };
 
 namespace Impl
 {
+
+//! Change of volume while the particle drifts for `time`.
+KOKKOS_FORCEINLINE_FUNCTION Lanes driftFactor( const Real time,
+                                               const Lanes& last_expansion )
+{
+    return Kokkos::max( 1 + time * last_expansion, Lanes( 0.2 ) );
+}
 
 /*!
   \brief Half a step of motion and expansion at the rates of the last step:
@@ -46,7 +52,6 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
     const auto V = state.particles.template slice<Volume>();
     const auto extra = Cabana::slice<ExtraVelocity>( drift.data() );
     const auto expansion = Cabana::slice<LastExpansion>( drift.data() );
-    const auto start_volume = Cabana::slice<StartVolume>( drift.data() );
     const auto C = state.particles.template slice<VelocityGradient>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto next_x = state.particles.template next<Position>();
@@ -59,12 +64,9 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
     Kokkos::parallel_for(
         "Machpoint::driftParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
             const Pack p = Pack::of( k, n );
-            const Lanes volume = load( V, p );
             Lanes heat( 0.0 );
-            store( start_volume, volume, p );
             store( next_V,
-                   volume * Kokkos::max( 1 + half * load( expansion, p ),
-                                         Lanes( 0.2 ) ),
+                   load( V, p ) * driftFactor( half, load( expansion, p ) ),
                    p );
             for ( int b = 0; b < Dim; ++b )
             {

@@ -4,7 +4,8 @@
   nodes (docs/conservative.md, sections 2 to 4).
 
   Column layout. moments: mass, momentum [Dim], force [Dim], theta [Dim].
-  faces: 1/den [Dim], velocity difference [Dim], limiter 1 - psi [Dim].
+  faces: 1/den [Dim], velocity difference [Dim], limiter 1 - psi [Dim]; for
+  G2P the differences of the mean velocity are normalised by den.
   stress: pressure on faces [Dim], and the sum of m times the blend.
   velocities: v [Dim], v' [Dim], beta.
 */
@@ -166,13 +167,11 @@ void normaliseFaces( const State<Dim>& state, const NodeView& faces,
 }
 
 /*!
-  \brief Velocity differences d^a_f = (u_(i+1) - u_i)_a / h_a, 1/time, of
-  u = v + part (v' - v), on every face that has two nodes.
-  \param part 0 for v, 1/2 for the mean of v and v'
+  \brief Velocity differences d^a_f = (u_(i+1) - u_i)_a / h_a, 1/time, on every
+  face that has two nodes: of v, or of the mean of v and v' over den.
 */
-template <int Dim>
-void differenceVelocity( const State<Dim>& state, const NodeView& faces,
-                         const Real part )
+template <bool OfMean, int Dim>
+void differenceVelocity( const State<Dim>& state, const NodeView& faces )
 {
     const auto velocities = state.nodes.velocities;
     const auto layout = state.layout;
@@ -183,14 +182,15 @@ void differenceVelocity( const State<Dim>& state, const NodeView& faces,
             auto u = [&]( const int row, const int a )
             {
                 const Real v = velocities( row, a );
-                return v + part * ( velocities( row, Dim + a ) - v );
+                return OfMean ? 0.5 * ( v + velocities( row, Dim + a ) ) : v;
             };
             for ( int a = 0; a < Dim; ++a )
             {
                 const int next = i + layout.stride[a];
+                const Real scale = OfMean ? faces( i, a ) : 1.0;
                 faces( i, Dim + a ) =
                     next < layout.total
-                        ? ( u( next, a ) - u( i, a ) ) / spacing[a]
+                        ? scale * ( u( next, a ) - u( i, a ) ) / spacing[a]
                         : 0.0;
             }
         } );

@@ -76,8 +76,8 @@ struct Gathered
         forEachFace( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
                      [&]( const auto& f ) MACHPOINT_INLINE
                      {
-                         expansion += f.weight * at( faces, f.row, f.axis ) *
-                                      at( faces, f.row, Dim + f.axis );
+                         expansion +=
+                             f.weight * at( faces, f.row, Dim + f.axis );
                          if ( Rearranges )
                          {
                              const Number excess =
@@ -140,11 +140,16 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                       Sidecar<DriftMembers<Dim>>* drift, const Part& part )
 {
     using drift_type = typename Sidecar<DriftMembers<Dim>>::aosoa_type;
-    const auto drifted = drift ? drift->data() : drift_type( "none" );
-    const auto extra = Cabana::slice<ExtraVelocity>( drifted );
-    const auto last_expansion = Cabana::slice<LastExpansion>( drifted );
-    const auto start_volume = Cabana::slice<StartVolume>( drifted );
     const bool midpoint = drift != nullptr;
+    typename drift_type::template member_slice_type<ExtraVelocity> next_extra;
+    typename drift_type::template member_slice_type<LastExpansion>
+        last_expansion, next_expansion;
+    if ( midpoint )
+    {
+        last_expansion = Cabana::slice<LastExpansion>( drift->data() );
+        next_extra = Cabana::slice<ExtraVelocity>( drift->next() );
+        next_expansion = Cabana::slice<LastExpansion>( drift->next() );
+    }
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto C = state.particles.template slice<VelocityGradient>();
@@ -159,6 +164,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
     const auto carry = carryOver( state.particles );
+    const auto check = suspect( state );
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
@@ -186,19 +192,19 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Lanes zero( 0.0 );
             const Lanes sound = load( c, p );
             const Real ahead = midpoint ? 0.5 * dt : dt;
-            VectorOf<Dim, Lanes> new_x{};
+            VectorOf<Dim, Lanes> new_x{}, new_v{};
             for ( int a = 0; a < Dim; ++a )
             {
-                const Lanes new_v = old_v[a] + g.change[a];
+                new_v[a] = old_v[a] + g.change[a];
                 Lanes speed = g.ahead[a];
                 if ( Rearranges )
                     speed -= ks * sound *
                              clip( g.crowding[a], Lanes( -0.5 ), Lanes( 0.5 ) );
                 new_x[a] = old_x[a] + ahead * speed;
                 storeWhere( mine, next_x, new_x[a], p, a );
-                storeWhere( mine, next_v, new_v, p, a );
+                storeWhere( mine, next_v, new_v[a], p, a );
                 if ( midpoint )
-                    storeWhere( mine, extra, speed - new_v, p, a );
+                    storeWhere( mine, next_extra, speed - new_v[a], p, a );
                 g.squares -= g.change[a] * g.change[a];
             }
             Lanes fitted = zero;   // sum w |C' (x_i - x)|^2
@@ -236,12 +242,16 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Lanes old_V = load( V, p );
             const Lanes work =
                 load( pressure, p ) * old_V / load( m, p ) * g.expansion;
-            storeWhere( mine, next_e, old_e + loss - dt * work, p );
-            const Lanes before = midpoint ? load( start_volume, p ) : old_V;
-            Lanes volume =
-                before + old_V * Kokkos::max( dt * g.expansion, Lanes( -0.8 ) );
+            const Lanes new_e = old_e + loss - dt * work;
+            storeWhere( mine, next_e, new_e, p );
+            // Volume at the start of the step.
+            Lanes volume = old_V;
             if ( midpoint )
-                storeWhere( mine, last_expansion, g.expansion, p );
+            {
+                volume /= driftFactor( ahead, load( last_expansion, p ) );
+                storeWhere( mine, next_expansion, g.expansion, p );
+            }
+            volume += old_V * Kokkos::max( dt * g.expansion, Lanes( -0.8 ) );
             if ( Rearranges )
             {
                 gradient = Kokkos::sqrt( gradient );
@@ -253,6 +263,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             }
             storeWhere( mine, next_V, volume, p );
             carry( p );
+            check( p, mine, new_x, new_v, volume, new_e );
         } );
 }
 

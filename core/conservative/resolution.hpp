@@ -115,6 +115,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
 
     const auto large = collect(
         "Machpoint::findLarge", 0, n, count, KOKKOS_LAMBDA( const int p ) {
+            prefetchForTest( V, p );
             return V( p ) > widest && m( p ) > mass_floor * original( p );
         } );
     const auto number = numberByParent( state, large );
