@@ -117,6 +117,24 @@ struct CellBox
         }
         return true;
     }
+
+    //! The same of particles or packs, but false for a position beyond the
+    //! domain or on its upper side. \param x [Dim]
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION auto
+    surelyContains( const Grid<Dim>& grid,
+                    const Kokkos::Array<Number, Dim>& x ) const
+    {
+        auto inside = Number( 0.0 ) <= Number( 0.0 );
+        for ( int d = 0; d < Dim; ++d )
+        {
+            const Number place = ( x[d] - grid.lower[d] ) / grid.spacing[d];
+            inside = inside &&
+                     Number( static_cast<Real>( begin[d] ) ) <= place &&
+                     place < Number( static_cast<Real>( end[d] ) );
+        }
+        return inside;
+    }
 };
 
 //! All cells of a grid.

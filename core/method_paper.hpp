@@ -143,8 +143,8 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
             {
                 D += gradient[a][a];
                 for ( int b = 0; b < Dim; ++b )
-                    store( next_L, gradient[a][b], p, a, b );   // 9a
-                new_x[a] = old_x[a] + dt * move[a]; // 10
+                    store( next_L, gradient[a][b], p, a, b ); // 9a
+                new_x[a] = old_x[a] + dt * move[a];           // 10
                 store( next_x, new_x[a], p, a );
             }
             const Lanes volume = load( V, p );

@@ -72,7 +72,7 @@ struct State
     Real least_energy = 0;     //!< per mass, that a step may leave
     //! Not 0: a step has left a particle that may not be sound; see Suspect.
     Kokkos::View<int, MemorySpace> suspicion{ "Machpoint::suspicion" };
-    std::int64_t step = 0;     //!< steps done
+    std::int64_t step = 0; //!< steps done
     //! Next id of a particle that is made of another one; beyond all ids of
     //! initial states and inflows.
     std::int64_t next_id = std::int64_t( 1 ) << 60;

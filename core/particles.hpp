@@ -620,7 +620,7 @@ class Particles
     /*!
       \brief Sends every particle whose cell another rank has to that rank, with
       its sidecars. Collective.
-      \param rank_of callable on the device: rank from a position [Dim]
+      \param rank_of a BoxFinder
       \return number of particles on all ranks
     */
     template <class RankOf>
@@ -639,13 +639,21 @@ class Particles
             Kokkos::realloc( Kokkos::WithoutInitializing, _ranks, n + n / 4 );
         const auto ranks = _ranks;
         Kokkos::parallel_reduce(
-            "Machpoint::ranksOfParticles", Range( 0, n ),
-            KOKKOS_LAMBDA( const int p, int& sum ) {
-                Vector<Dim> y{};
-                for ( int d = 0; d < Dim; ++d )
-                    y[d] = x( p, d );
-                ranks( p ) = rank_of( y );
-                sum += ranks( p ) != own ? 1 : 0;
+            "Machpoint::ranksOfParticles", packs( n ),
+            KOKKOS_LAMBDA( const int k, int& sum ) {
+                const Pack pack = Pack::of( k, n );
+                const auto at_home =
+                    rank_of.isHome( loadVector<Dim>( x, pack ) );
+                const bool all_stay = !any( active( pack ) && !at_home );
+                forEachOf( pack,
+                           [&]( const int p )
+                           {
+                               ranks( p ) =
+                                   all_stay
+                                       ? own
+                                       : rank_of( loadVector<Dim>( x, p ) );
+                               sum += ranks( p ) != own ? 1 : 0;
+                           } );
             },
             count );
         const auto sums = comm.sumCounts( { n, count } );

@@ -20,8 +20,8 @@ namespace Machpoint
 template <int Dim, class Number>
 KOKKOS_FORCEINLINE_FUNCTION auto
 isSound( const VectorOf<Dim, Number>& moved, const VectorOf<Dim, Number>& v,
-         const Number& volume, const Number& energy,
-         const Vector<Dim>& spacing, const Real least )
+         const Number& volume, const Number& energy, const Vector<Dim>& spacing,
+         const Real least )
 {
     // Written so that a NaN is caught too.
     const Number huge( 1e300 );

@@ -115,9 +115,11 @@ struct Fault
 //! What is wrong with a particle that is not sound.
 //! \param moved since the step began [Dim] \param least energy
 template <int Dim>
-KOKKOS_INLINE_FUNCTION FaultKind
-kindOfFault( const Vector<Dim>& moved, const Vector<Dim>& v, const Real volume,
-             const Real energy, const Real least )
+KOKKOS_INLINE_FUNCTION FaultKind kindOfFault( const Vector<Dim>& moved,
+                                              const Vector<Dim>& v,
+                                              const Real volume,
+                                              const Real energy,
+                                              const Real least )
 {
     bool finite = Kokkos::abs( energy ) < 1e300 && volume < 1e300;
     for ( int d = 0; d < Dim; ++d )
