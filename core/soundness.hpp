@@ -65,6 +65,7 @@ struct Suspect
     }
 };
 
+//! The check for a kernel of this step.
 template <int Dim>
 auto suspect( const State<Dim>& state )
 {
