@@ -188,7 +188,7 @@ class Suite:
             data = run.read("grid")
             rho = data["density"]
             if rho.ndim == 3:
-                rho = rho[rho.shape[0] // 2]
+                rho = rho[0]  # all scenes have a plane of symmetry there
             keep = {"density": rho, "lower": data["lower"][:2],
                     "spacing": data["spacing"][:2]}
         else:
