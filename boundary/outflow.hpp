@@ -23,27 +23,20 @@ int markBeyond( State<Dim>& state, const SidePart<Dim>& part )
     const auto grid = state.grid;
     ReproducibleSum mass;
     int count = 0;
-    const int n = state.particles.size();
+    const auto rows = state.leavers;
     Kokkos::parallel_reduce(
-        "Machpoint::outflow", packs( n ),
+        "Machpoint::outflow", Range( 0, rows.extent_int( 0 ) ),
         KOKKOS_LAMBDA( const int k, ReproducibleSum& mass_sum, int& marked ) {
-            const Pack pack = Pack::of( k, n );
+            const int p = rows( k );
+            const auto y = get<Dim>( x, p );
+            const Real depth = part.depth( grid, y );
             // On the upper side itself is beyond: it has no cell.
-            const Lanes s = load( x, pack, part.axis() );
-            if ( !any( part.depthOf( grid, s ) <= Lanes( 0.0 ) ) )
+            if ( depth > 0 || ( depth == 0 && !part.upper() ) || id( p ) < 0 ||
+                 !part.contains( grid, y ) )
                 return;
-            forEachOf( pack,
-                       [&]( const int p )
-                       {
-                           const auto y = get<Dim>( x, p );
-                           const Real depth = part.depth( grid, y );
-                           if ( depth > 0 || ( depth == 0 && !part.upper() ) ||
-                                id( p ) < 0 || !part.contains( grid, y ) )
-                               return;
-                           mass_sum += m( p );
-                           ++marked;
-                           id( p ) = -1;
-                       } );
+            mass_sum += m( p );
+            ++marked;
+            id( p ) = -1;
         },
         mass, count );
     state.ledger.mass_out += mass;

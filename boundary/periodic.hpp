@@ -46,23 +46,17 @@ class Periodic : public Module<Dim>
         const Real lower = state.grid.lower[axis];
         const Real upper = state.grid.upper[axis];
         const Real length = upper - lower;
-        const int n = state.particles.size();
+        const auto rows = state.leavers;
         Kokkos::parallel_for(
-            "Machpoint::periodic", packs( n ), KOKKOS_LAMBDA( const int k ) {
-                const Pack p = Pack::of( k, n );
-                const Lanes old = load( x, p, axis );
-                const LaneMask below = old < Lanes( lower );
-                const LaneMask above = Lanes( upper ) <= old;
-                if ( !any( below || above ) )
+            "Machpoint::periodic", Range( 0, rows.extent_int( 0 ) ),
+            KOKKOS_LAMBDA( const int k ) {
+                Real& place = x( rows( k ), axis );
+                if ( place >= lower && place < upper )
                     return;
-                const Lanes s = old - lower;
-                const Lanes moved =
-                    choose( below, Lanes( s + length ), Lanes( s - length ) );
+                const Real s = place - lower;
+                const Real moved = place < lower ? s + length : s - length;
                 // -1e-17 + length rounds to length, which has no cell.
-                const Lanes inside =
-                    choose( moved < Lanes( length ), Lanes( lower + moved ),
-                            Lanes( lower ) );
-                store( x, choose( below || above, inside, old ), p, axis );
+                place = moved < length ? lower + moved : lower;
             } );
         return 0;
     }

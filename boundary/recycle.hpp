@@ -62,9 +62,11 @@ class Recycle : public Module<Dim>
         const auto step = static_cast<std::uint64_t>( state.step );
         const int axis = _side / 2;
         const bool enters_low = _side % 2 == 1;
+        const auto rows = state.leavers;
         Kokkos::parallel_for(
-            "Machpoint::recycle", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p ) {
+            "Machpoint::recycle", Range( 0, rows.extent_int( 0 ) ),
+            KOKKOS_LAMBDA( const int k ) {
+                const int p = rows( k );
                 if ( x( p, axis ) >= grid.lower[axis] &&
                      x( p, axis ) < grid.upper[axis] )
                     return;

@@ -96,12 +96,6 @@ class SideBoundary : public Module<Dim>
     Shape<Dim, Kokkos::HostSpace> _host_region;
 };
 
-//! The position just inside the upper side that rounding cannot move onto it.
-KOKKOS_INLINE_FUNCTION Real justInside( const Real lower, const Real upper )
-{
-    return upper - 1e-12 * ( upper - lower );
-}
-
 } // namespace Machpoint
 
 #endif

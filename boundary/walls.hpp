@@ -46,34 +46,23 @@ class Wall : public SideBoundary<Dim>
         const int axis = part.axis();
         const Real lower = grid.lower[axis];
         const Real inside = justInside( lower, grid.upper[axis] );
-        const int n = state.particles.size();
+        const auto rows = state.leavers;
         Kokkos::parallel_for(
-            "Machpoint::wall", packs( n ), KOKKOS_LAMBDA( const int k ) {
-                const Pack pack = Pack::of( k, n );
-                const Lanes s = load( x, pack, axis );
-                if ( !any( part.depthOf( grid, s ) < Lanes( 0.0 ) ||
-                           Lanes( inside ) < s ) )
+            "Machpoint::wall", Range( 0, rows.extent_int( 0 ) ),
+            KOKKOS_LAMBDA( const int k ) {
+                const int p = rows( k );
+                const auto y = get<Dim>( x, p );
+                const Real depth = part.depth( grid, y );
+                if ( ( depth >= 0 && y[axis] <= inside ) ||
+                     !part.contains( grid, y ) )
                     return;
-                forEachOf( pack,
-                           [&]( const int p )
-                           {
-                               const Real depth =
-                                   part.depth( grid, get<Dim>( x, p ) );
-                               if ( depth >= 0 && x( p, axis ) <= inside )
-                                   return;
-                               if ( !part.contains( grid, get<Dim>( x, p ) ) )
-                                   return;
-                               if ( depth < 0 )
-                               {
-                                   x( p, axis ) +=
-                                       part.upper() ? 2 * depth : -2 * depth;
-                                   v( p, axis ) = -v( p, axis );
-                               }
-                               // A position on the upper side would have no
-                               // cell.
-                               x( p, axis ) =
-                                   Kokkos::clamp( x( p, axis ), lower, inside );
-                           } );
+                if ( depth < 0 )
+                {
+                    x( p, axis ) += part.upper() ? 2 * depth : -2 * depth;
+                    v( p, axis ) = -v( p, axis );
+                }
+                // A position on the upper side would have no cell.
+                x( p, axis ) = Kokkos::clamp( x( p, axis ), lower, inside );
             } );
         return 0;
     }

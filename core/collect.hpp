@@ -1,17 +1,29 @@
 /*!
   \file collect.hpp
-  \brief Layer 2: a list of the few rows that a test finds among many.
+  \brief Layer 2: lists of the few rows among many that something is true of.
 */
 #ifndef MACHPOINT_COLLECT_HPP
 #define MACHPOINT_COLLECT_HPP
 
-#include <core/types.hpp>
+#include <core/lanes.hpp>
 
 #include <algorithm>
 #include <string>
 
 namespace Machpoint
 {
+
+namespace Impl
+{
+//! Puts a short list in ascending order.
+inline void sortRows( const IndexList& list )
+{
+    const auto host =
+        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), list );
+    std::sort( host.data(), host.data() + host.size() );
+    Kokkos::deep_copy( list, host );
+}
+} // namespace Impl
 
 /*!
   \brief The rows from begin to end - 1 that a test finds, ascending.
@@ -38,12 +50,71 @@ IndexList collect( const char* label, const int begin, const int end,
     Kokkos::deep_copy( found, count );
     const IndexList list =
         Kokkos::subview( rows, Kokkos::make_pair( 0, found ) );
-    const auto host =
-        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), list );
-    std::sort( host.data(), host.data() + found );
-    Kokkos::deep_copy( list, host );
+    Impl::sortRows( list );
     return list;
 }
+
+/*!
+  \brief Rows that kernels note in passing, so that nobody has to look for them.
+  Holds the few of a usual step; where there are more, it looks after all.
+*/
+class RowList
+{
+  public:
+    //! Before the kernels: forgets all. \param n rows that there are
+    void clear( const int n )
+    {
+        const int room = 1024 + n / 16;
+        if ( _noted.extent_int( 0 ) < room )
+            Kokkos::realloc( Kokkos::WithoutInitializing, _noted,
+                             room + room / 4 );
+        Kokkos::deep_copy( ExecutionSpace(), _count, 0 );
+    }
+
+    //! On the device, at most once for a row.
+    KOKKOS_FORCEINLINE_FUNCTION void note( const int p ) const
+    {
+        const int k = Kokkos::atomic_fetch_add( &_count(), 1 );
+        if ( k < static_cast<int>( _noted.extent( 0 ) ) )
+            _noted( k ) = p;
+    }
+
+    //! The same for some particles of a pack.
+    KOKKOS_FORCEINLINE_FUNCTION void note( const Pack p,
+                                           const LaneMask& which ) const
+    {
+        if ( any( which ) )
+            for ( int l = 0; l < p.count; ++l )
+                if ( lane( which, l ) )
+                    note( p.first + l );
+    }
+
+    //! After the kernels: how many were noted.
+    int count() const
+    {
+        int noted = 0;
+        Kokkos::deep_copy( noted, _count );
+        return noted;
+    }
+
+    //! After the kernels: the rows, ascending. \param n rows that there are
+    //! \param test finds those that were noted, callable on the device
+    template <class Test>
+    IndexList rows( const int n, const Test& test ) const
+    {
+        const int noted = count();
+        if ( noted > _noted.extent_int( 0 ) )
+            return collect( "Machpoint::manyRows", 0, n, noted, test );
+        const IndexList list =
+            Kokkos::subview( _noted, Kokkos::make_pair( 0, noted ) );
+        Impl::sortRows( list );
+        return list;
+    }
+
+  private:
+    IndexList _noted;
+    Kokkos::View<int, MemorySpace> _count{ "Machpoint::rowsNoted" };
+};
 
 } // namespace Machpoint
 

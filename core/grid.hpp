@@ -5,7 +5,7 @@
 #ifndef MACHPOINT_GRID_HPP
 #define MACHPOINT_GRID_HPP
 
-#include <core/types.hpp>
+#include <core/lanes.hpp>
 
 namespace Machpoint
 {
@@ -95,13 +95,19 @@ struct CellBox
 
     //! Number of a position's cell within the box, x fastest; of positions
     //! beyond, that of the nearest cell. \param x [Dim]
-    KOKKOS_INLINE_FUNCTION int flatCell( const Grid<Dim>& grid,
-                                         const Vector<Dim>& x ) const
+    template <class Number = Real>
+    KOKKOS_INLINE_FUNCTION Number
+    flatCell( const Grid<Dim>& grid, const VectorOf<Dim, Number>& x ) const
     {
-        int flat = 0;
+        Number flat( 0.0 );
         for ( int d = Dim - 1; d >= 0; --d )
-            flat = flat * cells( d ) +
-                   grid.cellWithin( x[d], d, begin[d], end[d] - 1 ) - begin[d];
+        {
+            const Number place = ( x[d] - grid.lower[d] ) * grid.inverse[d];
+            const Number last( static_cast<Real>( cells( d ) - 1 ) );
+            flat = flat * static_cast<Real>( cells( d ) ) +
+                   clip( Number( Kokkos::floor( place ) - begin[d] ),
+                         Number( 0.0 ), last );
+        }
         return flat;
     }
 

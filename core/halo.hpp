@@ -198,8 +198,11 @@ class Halo
                                 "decomposition.ranks, or take more cells"
                           : " has too few cells for this basis: at least " +
                                 std::to_string( needed ) + " are needed" ) );
-            if ( cut )
-                connect( d, decomposition );
+            if ( !cut )
+                continue;
+            connect( d, decomposition );
+            if ( cells < 2 * needed )
+                _is_thin = true;
         }
     }
 
@@ -256,7 +259,35 @@ class Halo
     }
 
     /*!
-      \brief The same, and what reads the field while messages are under way.
+      \brief fold and fill with half the messages: neighbours send each other
+      the layers on both sides of their cut, and both add what comes.
+
+      Boxes so thin that a node may be shared by three of them along one axis
+      do one after the other.
+    */
+    template <std::size_t N>
+    void foldAndFill( const NodeView& field,
+                      const NodeComponents<N>& components ) const
+    {
+        if ( _is_thin )
+        {
+            fold( field, components );
+            fill( field, components );
+            return;
+        }
+        constexpr int columns = static_cast<int>( N );
+        for ( int axis = 0; axis < Dim; ++axis )
+        {
+            _exchange.start( field, axis, columns, _across[axis] );
+            overSides( "Machpoint::fold", axis, field, components, FoldNode{} );
+            _exchange.finish( field, axis, columns, _across[axis], AddValue{} );
+        }
+        for ( int axis = 0; axis < Dim; ++axis )
+            overSides( "Machpoint::fill", axis, field, components, FillNode{} );
+    }
+
+    /*!
+      \brief fill, and what reads the field while messages are under way.
       \param waiting marks of the particles that need the halo
       \param work called with a Part, host: where no axis is cut once, else
       first with the particles that need no halo, then with the others
@@ -416,6 +447,9 @@ class Halo
             outer.send = upper ? above : below;
             outer.receive = upper ? below : above;
             _within[axis][upper] = { outer.rank, outer.receive, outer.send };
+            const typename Exchange::Layers both{ end - halo,
+                                                  2 * halo + vertex };
+            _across[axis][upper] = { outer.rank, both, both };
         }
     }
 
@@ -436,6 +470,8 @@ class Halo
     mutable Exchange _exchange;              // buffers of messages
     typename Exchange::Side _beyond[Dim][2]; // for fold
     typename Exchange::Side _within[Dim][2]; // for fill
+    typename Exchange::Side _across[Dim][2]; // for both
+    bool _is_thin = false;                   // is a box?
 };
 
 } // namespace Machpoint

@@ -329,6 +329,15 @@ inline Real smallest( const Lanes& x )
 {
     return Kokkos::Experimental::reduce_min( x );
 }
+//! Of lane l.
+inline Real lane( const Lanes& x, const int l )
+{
+    return x[l];
+}
+inline bool lane( const LaneMask& mask, const int l )
+{
+    return mask[l];
+}
 #else
 KOKKOS_FORCEINLINE_FUNCTION bool active( const Pack )
 {
@@ -339,6 +348,11 @@ KOKKOS_FORCEINLINE_FUNCTION Real largest( const Real x )
     return x;
 }
 KOKKOS_FORCEINLINE_FUNCTION Real smallest( const Real x )
+{
+    return x;
+}
+template <class Number>
+KOKKOS_FORCEINLINE_FUNCTION Number lane( const Number x, const int )
 {
     return x;
 }

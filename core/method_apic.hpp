@@ -54,7 +54,7 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
     const auto carry = carryOver( state.particles );
-    const auto check = suspect( state );
+    const auto note = watch( state );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -151,7 +151,7 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
             storeWhere( mine, next_e, new_e, p );
             storeWhere( mine, next_V, new_V, p );
             carry( p );
-            check( p, mine, new_x, new_v, new_V, new_e );
+            note( p, mine, new_x, new_v, new_V, new_e );
         } );
 }
 } // namespace Impl

@@ -31,6 +31,7 @@ struct Conservative : MethodDefaults
     //! The viscosity limiter looks one face further than a particle, and
     //! images may lie one cell beyond the box.
     static constexpr int extra_halo = 1;
+    static constexpr bool needs_outer_moments = true;
     //! Steps between merges.
     static constexpr int merge_every = 5;
 
@@ -175,11 +176,9 @@ struct Conservative : MethodDefaults
     {
         const auto& parts = storage.parts;
         const auto& faces = storage.faces;
-        state.halo.fill( state.nodes.moments, momentComponents<Dim>() );
         state.halo.fill( state.nodes.velocities,
                          vectorComponents<Dim, 1>( Parity::velocity ) );
-        Impl::normaliseFaces( state, faces, parts.least_filling );
-        Impl::differenceVelocity<false>( state, faces );
+        Impl::measureFaces( state, faces, parts.least_filling );
         if ( parts.viscosity_limiter )
         {
             {
@@ -206,16 +205,15 @@ struct Conservative : MethodDefaults
             stress.deposit(
                 [&]( const auto& sums )
                 { Impl::depositStress<true, Basis>( state, kb, sums ); } );
-            stress.fold( state.halo, stressComponents<Dim>() );
+            stress.foldAndFill( state.halo, stressComponents<Dim>() );
         }
         else
         {
             stress.deposit(
                 [&]( const auto& sums )
                 { Impl::depositStress<false, Basis>( state, kb, sums ); } );
-            stress.fold( state.halo, faceComponents<Dim>() );
+            stress.foldAndFill( state.halo, faceComponents<Dim>() );
         }
-        state.halo.fill( stress.field(), faceComponents<Dim>() );
         Impl::pressureForce( state, faces, stress.field(), kb > 0,
                              parts.blend );
     }
@@ -229,7 +227,7 @@ struct Conservative : MethodDefaults
         auto gather = [&]( const Part& part )
         {
             // Again with the halo, where that has come meanwhile.
-            Impl::differenceVelocity<true>( state, storage.faces );
+            Impl::differenceMeanVelocity( state, storage.faces );
             if ( state.images.count > 0 && part.marked )
                 state.ledger.energy_in +=
                     Impl::workOfImages<Basis>( state, storage.faces );

@@ -20,6 +20,8 @@ struct MethodDefaults
 {
     //! Layers of nodes beyond those that a particle in the box sees.
     static constexpr int extra_halo = 0;
+    //! Does it read moments on nodes of the halo?
+    static constexpr bool needs_outer_moments = false;
     //! Does the scheme promise a positive energy, so that a step which breaks
     //! the promise is repeated?
     static constexpr bool positive_energy = true;

@@ -111,7 +111,7 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
     const auto carry = carryOver( state.particles );
-    const auto check = suspect( state );
+    const auto note = watch( state );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -155,8 +155,8 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
             store( next_e, new_e, p );
             store( next_V, new_V, p );
             carry( p );
-            check( p, LaneMask( true ), new_x, loadVector<Dim>( new_v, p ),
-                   new_V, new_e );
+            note( p, LaneMask( true ), new_x, loadVector<Dim>( new_v, p ),
+                  new_V, new_e );
         } );
 }
 } // namespace Impl

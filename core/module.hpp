@@ -8,13 +8,16 @@
 #define MACHPOINT_MODULE_HPP
 
 #include <core/archive.hpp>
+#include <core/collect.hpp>
 #include <core/images.hpp>
+#include <core/leavers.hpp>
 #include <core/next_state.hpp>
 #include <core/node_sum.hpp>
 #include <core/parameters.hpp>
 #include <core/particles.hpp>
 #include <core/placement.hpp>
 #include <core/reproducible_sum.hpp>
+#include <core/survey.hpp>
 
 #include <string>
 #include <vector>
@@ -61,6 +64,10 @@ struct State
     //! Rates of the grid velocity at the particles; null where the method
     //! knows only the gradient that a particle carries.
     Sidecar<RateMembers>* rates = nullptr;
+    bool is_viscous = false; //!< does a module give rates a ViscousSpeed?
+    GasSurvey survey;  //!< of the last particleState
+    RowList noted;     //!< scratch: rows that kernels note in passing
+    IndexList leavers; //!< the particles that it moved out of the domain
     Ledger ledger;
     Placement placement = Placement::lattice;
     int per_cell = 1;          //!< particles per cell
@@ -70,7 +77,7 @@ struct State
     Real cfl = 0;              //!< Courant number
     bool reproducible = false; //!< sums have the same bits on any ranks
     Real least_energy = 0;     //!< per mass, that a step may leave
-    //! Not 0: a step has left a particle that may not be sound; see Suspect.
+    //! Not 0: a step has left a particle that may not be sound; see Watch.
     Kokkos::View<int, MemorySpace> suspicion{ "Machpoint::suspicion" };
     std::int64_t step = 0; //!< steps done
     //! Next id of a particle that is made of another one; beyond all ids of
@@ -173,7 +180,8 @@ class Module
     //! change any, so that they have to be checked again?
     virtual bool particleSource( State<Dim>& ) { return false; }
     //! After particles moved: wrap, reflect, push out, or mark for removal
-    //! (negative id). \return how many it marked
+    //! (negative id). Those that the step moved out of the domain are
+    //! state.leavers. \return how many it marked
     virtual int applyToParticles( State<Dim>& ) { return 0; }
     //! Adds new particles.
     virtual void inject( State<Dim>& ) {}
@@ -200,8 +208,7 @@ class Module
 /*!
   \brief A module that closes the gas: pressure from density and energy.
 
-  `particleState` sets pressure and sound speed; the host functions serve
-  initial states and boundaries.
+  The host functions serve initial states and boundaries.
 */
 template <int Dim>
 class EquationOfState : public Module<Dim>
@@ -210,6 +217,13 @@ class EquationOfState : public Module<Dim>
     //! \param density, pressure of the gas \return energy per mass
     virtual Real specificInternalEnergy( Real density,
                                          Real pressure ) const = 0;
+    //! Sets pressure and sound speed of all particles and looks at them
+    //! meanwhile: physics/evaluate_gas.hpp does so by any formula.
+    virtual GasSurvey evaluate( State<Dim>& ) = 0;
+    void particleState( State<Dim>& state ) final
+    {
+        state.survey = evaluate( state );
+    }
     /*!
       \brief Pressures after `time` of isentropic change, plus viscous heat.
 

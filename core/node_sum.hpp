@@ -82,28 +82,40 @@ class NodeScatter
     }
 
     //! Sets all sums to zero.
-    void clear() const
-    {
-        Kokkos::deep_copy( ExecutionSpace(), _sums, 0.0 );
-        if ( _copies.extent( 0 ) > 0 )
-            Kokkos::deep_copy( ExecutionSpace(), _copies, 0.0 );
-    }
+    void clear() const { Kokkos::deep_copy( ExecutionSpace(), _sums, 0.0 ); }
 
-    //! Adds up what the threads have.
+    //! Adds up what the threads have, and leaves their copies at zero.
+    //! Particles in order keep a thread to a part of the nodes, so most of a
+    //! copy is.
     void contribute() const
     {
         const int threads = static_cast<int>( _copies.extent( 0 ) );
         if ( threads == 0 )
             return;
-        const int n = static_cast<int>( _sums.size() );
-        const auto copies = _copies;
+        constexpr std::size_t block = 8; // a line of the cache
+        const std::size_t n = _sums.size();
+        Real* const copies = _copies.data();
         Real* const sums = _sums.data();
         Kokkos::parallel_for(
-            "Machpoint::sumOfThreads", Range( 0, n ),
-            KOKKOS_LAMBDA( const int k ) {
+            "Machpoint::sumOfThreads",
+            Range( 0, static_cast<int>( ( n + block - 1 ) / block ) ),
+            KOKKOS_LAMBDA( const int b ) {
+                const std::size_t first = b * block;
+                const std::size_t count = Kokkos::min( block, n - first );
                 for ( int t = 0; t < threads; ++t )
-                    sums[k] +=
-                        copies.data()[static_cast<std::size_t>( t ) * n + k];
+                {
+                    Real* const copy = copies + t * n + first;
+                    bool is_used = false;
+                    for ( std::size_t k = 0; k < count; ++k )
+                        is_used |= copy[k] != 0;
+                    if ( !is_used )
+                        continue;
+                    for ( std::size_t k = 0; k < count; ++k )
+                    {
+                        sums[first + k] += copy[k];
+                        copy[k] = 0;
+                    }
+                }
             } );
     }
 
@@ -387,20 +399,22 @@ class NodeSum
         _scatter->contribute();
     }
 
-    //! Adds images and what neighbours have. \param components of the field
+    //! Adds images and what neighbours have: the owned nodes then have their
+    //! values. \param components of the field
     template <int Dim, std::size_t N>
     void fold( const Halo<Dim>& halo, const NodeComponents<N>& components )
     {
-        if ( !_reproducible )
-        {
-            halo.fold( _field, components );
-            return;
-        }
-        NodeComponents<2 * N> both{};
-        for ( std::size_t c = 0; c < 2 * N; ++c )
-            both[c] = components[c / 2];
-        halo.fold( _sums, both );
-        joinParts();
+        join( components, [&]( const NodeView& sums, const auto& list )
+              { halo.fold( sums, list ); } );
+    }
+
+    //! The same for all nodes that are stored.
+    template <int Dim, std::size_t N>
+    void foldAndFill( const Halo<Dim>& halo,
+                      const NodeComponents<N>& components )
+    {
+        join( components, [&]( const NodeView& sums, const auto& list )
+              { halo.foldAndFill( sums, list ); } );
     }
 
     //! Becomes, in every column, what is deposited in one column of another
@@ -437,6 +451,22 @@ class NodeSum
     }
 
   private:
+    //! Calls fold( sums, their components ) and makes the field of the sums.
+    template <std::size_t N, class Fold>
+    void join( const NodeComponents<N>& components, const Fold& fold )
+    {
+        if ( !_reproducible )
+        {
+            fold( _field, components );
+            return;
+        }
+        NodeComponents<2 * N> both{};
+        for ( std::size_t c = 0; c < 2 * N; ++c )
+            both[c] = components[c / 2];
+        fold( _sums, both );
+        joinParts();
+    }
+
     //! The terms that the kernels will add, knowing the largest of each column
     //! on all ranks.
     template <class Kernels>

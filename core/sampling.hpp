@@ -164,8 +164,7 @@ GridData sampleGrid( const State<Dim>& state )
     NodeComponents<columns> components{};
     for ( int d = 0; d < Dim; ++d )
         components[4 + d] = { Parity::velocity, d };
-    sample.fold( state.halo, components );
-    state.halo.fill( sample.field(), components );
+    sample.foldAndFill( state.halo, components );
 
     const auto host = Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(),
                                                            sample.field() );

@@ -46,14 +46,6 @@ struct LedgerTotals
     Real mass_in = 0, mass_out = 0, energy_in = 0;
 };
 
-//! Extremes over all particles and steps so far.
-struct Extrema
-{
-    Real min_density = Kokkos::Experimental::infinity_v<Real>;
-    Real min_specific_internal_energy = Kokkos::Experimental::infinity_v<Real>;
-    Real max_mach = 0;
-};
-
 //! This rank's particles on the host, for output and errors. Row-major.
 struct ParticleData
 {

@@ -1,7 +1,7 @@
 /*!
   \file soundness.hpp
-  \brief Layer 3: is the gas sound after a step? Asked while the new state is
-  still in registers.
+  \brief Layer 3: is the gas sound after a step, and still in the domain? Asked
+  while the new state is in registers.
 */
 #ifndef MACHPOINT_SOUNDNESS_HPP
 #define MACHPOINT_SOUNDNESS_HPP
@@ -34,18 +34,19 @@ isSound( const VectorOf<Dim, Number>& moved, const VectorOf<Dim, Number>& v,
 }
 
 /*!
-  \brief Raises State::suspicion where a step leaves a particle that is not
-  sound, so that the particles need not be read again to know that all are.
-  For the last kernel of a step that changes particles.
+  \brief What the last kernel of a step notes of the particles that it moves,
+  so that they need not be read again: those that leave the domain
+  (State::leavers), and that one may not be sound (State::suspicion).
 */
 template <int Dim, class Positions>
-struct Suspect
+struct Watch
 {
     Positions start;
+    Grid<Dim> grid;
+    RowList leavers;
     Kokkos::View<int, MemorySpace> suspicion;
-    Vector<Dim> spacing;
     Real least_energy;
-    bool needed; //!< is there a state to return to?
+    bool returns; //!< is there a state to return to?
 
     //! The pack's new state. \param mine its particles that the kernel serves
     KOKKOS_FORCEINLINE_FUNCTION void
@@ -53,26 +54,27 @@ struct Suspect
                 const VectorOf<Dim, Lanes>& x, const VectorOf<Dim, Lanes>& v,
                 const Lanes& volume, const Lanes& energy ) const
     {
-        if ( !needed )
+        const LaneMask moved = mine && active( p );
+        leavers.note( p, moved && leaves<Dim>( grid, x ) );
+        if ( !returns )
             return;
-        VectorOf<Dim, Lanes> moved{};
+        VectorOf<Dim, Lanes> way{};
         for ( int d = 0; d < Dim; ++d )
-            moved[d] = x[d] - load( start, p, d );
-        if ( any( mine && active( p ) &&
-                  !isSound<Dim>( moved, v, volume, energy, spacing,
-                                 least_energy ) ) )
+            way[d] = x[d] - load( start, p, d );
+        if ( any( moved && !isSound<Dim>( way, v, volume, energy, grid.spacing,
+                                          least_energy ) ) )
             Kokkos::atomic_store( &suspicion(), 1 );
     }
 };
 
-//! The check for a kernel of this step.
+//! The watch of a kernel of this step.
 template <int Dim>
-auto suspect( const State<Dim>& state )
+auto watch( const State<Dim>& state )
 {
     const auto start = state.particles.template start<Position>();
-    return Suspect<Dim, decltype( start )>{
-        start, state.suspicion, state.grid.spacing, state.least_energy,
-        state.particles.keeps() };
+    return Watch<Dim, decltype( start )>{
+        start,           state.grid,         state.noted,
+        state.suspicion, state.least_energy, state.particles.keeps() };
 }
 
 } // namespace Machpoint

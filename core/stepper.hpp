@@ -5,11 +5,12 @@
 #ifndef MACHPOINT_STEPPER_HPP
 #define MACHPOINT_STEPPER_HPP
 
+#include <core/fault.hpp>
 #include <core/method_defaults.hpp>
 #include <core/profile.hpp>
 #include <core/sampling.hpp>
 #include <core/scene.hpp>
-#include <core/time_step.hpp>
+#include <core/simulation.hpp>
 
 #include <cmath>
 
@@ -260,6 +261,7 @@ class Stepper : public Simulation
             const Profile::Effect effect( "retries" );
             state.particles.beginStep( _most_retries > 0 );
         }
+        state.noted.clear( state.particles.size() );
         Method::template drift<Basis>( state, _storage );
         state.images.count = 0;
         each( "images", &Module<Dim>::mirrorParticles );
@@ -272,8 +274,11 @@ class Stepper : public Simulation
         each( "grid force", &Module<Dim>::keepDeposit );
         {
             Profile::Phase phase( "grid" );
-            state.nodes.moment_sum.fold(
-                state.halo, Method::template momentComponents<Dim>() );
+            const auto components = Method::template momentComponents<Dim>();
+            if ( Method::needs_outer_moments )
+                state.nodes.moment_sum.foldAndFill( state.halo, components );
+            else
+                state.nodes.moment_sum.fold( state.halo, components );
             gridVelocity( state );
         }
         each( "grid force", &Module<Dim>::gridForce );
@@ -299,6 +304,7 @@ class Stepper : public Simulation
                 [this]( const GridVelocity& v ) { constrain( v ); } );
         }
         state.particles.endStep();
+        findLeavers();
         applySources();
     }
 
@@ -436,7 +442,7 @@ class Stepper : public Simulation
     */
     void survey( const std::vector<Real>& limits )
     {
-        const auto found = surveyParticles( _scene.state );
+        const auto& found = _scene.state.survey;
         const auto& own = found.extrema;
         std::vector<Real> largest = {
             found.broken >= 0 ? 1.0 : 0.0, found.fastest, -own.min_density,
@@ -454,10 +460,7 @@ class Stepper : public Simulation
             throw NumericalFailure( fault );
         }
         _fastest = largest[1];
-        _extrema.min_density = std::min( _extrema.min_density, -largest[2] );
-        _extrema.min_specific_internal_energy =
-            std::min( _extrema.min_specific_internal_energy, -largest[3] );
-        _extrema.max_mach = std::max( _extrema.max_mach, largest[4] );
+        _extrema += Extrema{ -largest[2], -largest[3], largest[4] };
         _limits.clear();
         for ( std::size_t k = 5; k < largest.size(); ++k )
             _limits.push_back( -largest[k] );
@@ -534,17 +537,31 @@ class Stepper : public Simulation
     }
 
   public:
+    void findLeavers()
+    {
+        auto& state = _scene.state;
+        const auto x = state.particles.template slice<Position>();
+        const auto grid = state.grid;
+        state.leavers = state.noted.rows(
+            state.particles.size(), KOKKOS_LAMBDA( const int p ) {
+                return leaves<Dim>( grid, get<Dim>( x, p ) );
+            } );
+    }
+
     //! Cell of every particle, within the rank's box. Public because nvcc wants
     //! the parent function of a device lambda to be accessible.
     template <class PositionSlice, class KeyView>
     static void computeKeys( const PositionSlice& x, const Grid<Dim>& grid,
                              const CellBox<Dim>& box, const KeyView& keys )
     {
+        const int n = static_cast<int>( keys.extent( 0 ) );
         Kokkos::parallel_for(
-            "Machpoint::cellOfParticle",
-            Range( 0, static_cast<int>( keys.extent( 0 ) ) ),
-            KOKKOS_LAMBDA( const int p ) {
-                keys( p ) = box.flatCell( grid, get<Dim>( x, p ) );
+            "Machpoint::cellOfParticle", packs( n ),
+            KOKKOS_LAMBDA( const int k ) {
+                const Pack p = Pack::of( k, n );
+                const auto cell = box.flatCell( grid, loadVector<Dim>( x, p ) );
+                for ( int l = 0; l < p.count; ++l )
+                    keys( p.first + l ) = static_cast<int>( lane( cell, l ) );
             } );
     }
 

@@ -71,6 +71,11 @@ class ArtificialViscosity : public Module<Dim>
     {
     }
 
+    void initialize( State<Dim>& state ) override
+    {
+        state.is_viscous = state.rates != nullptr;
+    }
+
     //! With the gradient that the particle carries, where the method offers
     //! nothing better.
     void particleState( State<Dim>& state ) override
@@ -133,35 +138,14 @@ class ArtificialViscosity : public Module<Dim>
     //! Viscosity diffuses: its wave speed is twice c1 c + c2 h |D| on top.
     Real limitTimeStep( State<Dim>& state ) override
     {
-        const Real fastest =
-            state.rates ? fastestLimited( state ) : fastestCarried( state );
+        const Real fastest = state.rates ? state.survey.fastest_viscous
+                                         : fastestCarried( state );
         return fastest > 0 ? state.cfl * state.grid.minSpacing() / fastest
                            : Kokkos::Experimental::infinity_v<Real>;
     }
 
     // Public only because nvcc wants the parent function of a device lambda to
     // be accessible.
-    Real fastestLimited( const State<Dim>& state ) const
-    {
-        const auto v = state.particles.template slice<Velocity>();
-        const auto c = state.particles.template slice<SoundSpeed>();
-        const auto viscous = Cabana::slice<ViscousSpeed>( state.rates->data() );
-        const int n = state.particles.size();
-        Real fastest = 0;
-        Kokkos::parallel_reduce(
-            "Machpoint::limitViscosity", packs( n ),
-            KOKKOS_LAMBDA( const int k, Real& max ) {
-                const Pack p = Pack::of( k, n );
-                const auto u = loadVector<Dim>( v, p );
-                const Lanes speed = load( c, p ) +
-                                    Kokkos::sqrt( dot<Dim>( u, u ) ) +
-                                    2 * load( viscous, p );
-                max = Kokkos::max( max, largest( choose( active( p ), speed,
-                                                         Lanes( 0.0 ) ) ) );
-            },
-            Kokkos::Max<Real>( fastest ) );
-        return fastest;
-    }
     Real fastestCarried( const State<Dim>& state ) const
     {
         const auto v = state.particles.template slice<Velocity>();

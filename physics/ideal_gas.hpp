@@ -6,6 +6,7 @@
 #define MACHPOINT_IDEAL_GAS_HPP
 
 #include <physics/advance_pressure.hpp>
+#include <physics/evaluate_gas.hpp>
 
 namespace Machpoint
 {
@@ -36,33 +37,30 @@ class IdealGas : public EquationOfState<Dim>
         return pressure / ( ( _gamma - 1 ) * density );
     }
 
-    void particleState( State<Dim>& state ) override
+    GasSurvey evaluate( State<Dim>& state ) override
     {
-        const auto m = state.particles.template slice<Mass>();
-        const auto V = state.particles.template slice<Volume>();
-        const auto e = state.particles.template slice<SpecificInternalEnergy>();
-        const auto pressure = state.particles.template slice<Pressure>();
-        const auto sound_speed = state.particles.template slice<SoundSpeed>();
-        const Real gamma = _gamma;
-        const int n = state.particles.size();
-        Kokkos::parallel_for(
-            "Machpoint::idealGas", packs( n ), KOKKOS_LAMBDA( const int k ) {
-                const Pack p = Pack::of( k, n );
-                const Lanes heat = ( gamma - 1 ) * load( e, p );
-                store( pressure, heat * load( m, p ) / load( V, p ), p );
-                // The paper's energy update can lose all of a cold gas's
-                // energy; its sound speed is then taken as 0.
-                store(
-                    sound_speed,
-                    Kokkos::sqrt( Kokkos::max( gamma * heat, Lanes( 0.0 ) ) ),
-                    p );
-            } );
+        return evaluateGas( state, Formula{ _gamma } );
     }
 
     void advancePressure( State<Dim>& state, const Real time ) override
     {
         Impl::advancePressure( state, time, _gamma, 0 );
     }
+
+    // Public only because nvcc wants the types of a kernel to be accessible.
+    struct Formula
+    {
+        Real gamma;
+
+        KOKKOS_FORCEINLINE_FUNCTION ThermodynamicState
+        operator()( const Lanes& density, const Lanes& energy ) const
+        {
+            // The paper's energy update can lose all of a cold gas's energy:
+            // c^2 is then below 0.
+            const Lanes heat = ( gamma - 1 ) * energy;
+            return { heat * density, gamma * heat };
+        }
+    };
 
   private:
     Real _gamma;

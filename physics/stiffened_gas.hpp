@@ -6,6 +6,7 @@
 #define MACHPOINT_STIFFENED_GAS_HPP
 
 #include <physics/advance_pressure.hpp>
+#include <physics/evaluate_gas.hpp>
 
 namespace Machpoint
 {
@@ -47,32 +48,30 @@ class StiffenedGas : public EquationOfState<Dim>
                ( ( _gamma - 1 ) * density );
     }
 
-    void particleState( State<Dim>& state ) override
+    GasSurvey evaluate( State<Dim>& state ) override
     {
-        const auto m = state.particles.template slice<Mass>();
-        const auto V = state.particles.template slice<Volume>();
-        const auto e = state.particles.template slice<SpecificInternalEnergy>();
-        const auto pressure = state.particles.template slice<Pressure>();
-        const auto sound_speed = state.particles.template slice<SoundSpeed>();
-        const Real gamma = _gamma;
-        const Real reference = _reference;
-        Kokkos::parallel_for(
-            "Machpoint::stiffenedGas", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p ) {
-                const Real density = m( p ) / V( p );
-                const Real value =
-                    ( gamma - 1 ) * density * e( p ) - gamma * reference;
-                pressure( p ) = value;
-                // c^2 = gamma (p + p_inf) / rho, none when torn apart.
-                sound_speed( p ) = Kokkos::sqrt(
-                    gamma * Kokkos::max( value + reference, 0.0 ) / density );
-            } );
+        return evaluateGas( state, Formula{ _gamma, _reference } );
     }
 
     void advancePressure( State<Dim>& state, const Real time ) override
     {
         Impl::advancePressure( state, time, _gamma, _reference );
     }
+
+    // Public only because nvcc wants the types of a kernel to be accessible.
+    struct Formula
+    {
+        Real gamma, reference;
+
+        //! c^2 = gamma (p + p_inf) / rho, below 0 where torn apart.
+        KOKKOS_FORCEINLINE_FUNCTION ThermodynamicState
+        operator()( const Lanes& density, const Lanes& energy ) const
+        {
+            const Lanes pressure =
+                ( gamma - 1 ) * density * energy - gamma * reference;
+            return { pressure, gamma * ( pressure + reference ) / density };
+        }
+    };
 
   private:
     Real _gamma;

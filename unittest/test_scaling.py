@@ -63,7 +63,7 @@ class BenchTest(unittest.TestCase):
         one, two, apart, tall, wide = results.values()
         self.assertEqual(one["halo_bytes"], 0)
         self.assertEqual(apart["collectives"], 0)
-        self.assertEqual(two["halo_messages"], 7 * 2)
+        self.assertEqual(two["halo_messages"], 5 * 2)
         # Cuts run across the longer axis: equally long ones cost the same.
         self.assertEqual(tall["halo_messages"], wide["halo_messages"])
         self.assertEqual(tall["halo_bytes"], wide["halo_bytes"])

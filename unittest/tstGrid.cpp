@@ -1,5 +1,6 @@
 // Grid, node layout, bases, placement and random numbers.
 #include <core/basis.hpp>
+#include <core/leavers.hpp>
 #include <core/placement.hpp>
 
 #include <gtest/gtest.h>
@@ -26,6 +27,21 @@ TEST( Grid, cellsAndVolumes )
     EXPECT_EQ( grid.cell( 7.0, 0 ), 3 );
     EXPECT_EQ( grid.cell( -7.0, 0 ), 0 );
     EXPECT_EQ( wholeDomain( grid ).flatCell( grid, { 0.2, 1.2 } ), 2 * 4 + 2 );
+}
+
+// Below the lower side, or not just inside the upper one, along any axis.
+TEST( Grid, whatLeaves )
+{
+    const Grid<2> grid( { -1, 0 }, { 1, 3 }, { 4, 6 } );
+    auto out = [&]( const Vector<2>& x ) { return leaves<2>( grid, x ); };
+    EXPECT_FALSE( out( { -1, 0 } ) );
+    EXPECT_FALSE( out( { 0.5, 2.9 } ) );
+    EXPECT_FALSE( out( { justInside( -1, 1 ), justInside( 0, 3 ) } ) );
+    EXPECT_TRUE( out( { -1 - 1e-15, 1 } ) );
+    EXPECT_TRUE( out( { 0, -1e-300 } ) );
+    EXPECT_TRUE( out( { 1, 1 } ) );
+    EXPECT_TRUE( out( { 0, 3 } ) );
+    EXPECT_TRUE( out( { -5, 7 } ) );
 }
 
 // A box numbers its own cells, but knows them by their place in the domain.

@@ -5,6 +5,7 @@
 #include <core/registry.hpp>
 
 #include <algorithm>
+#include <numeric>
 #include <set>
 
 namespace
@@ -77,6 +78,77 @@ IndexList fallingKeys( const int n )
         "keys", Range( 0, n ),
         KOKKOS_LAMBDA( const int p ) { keys( p ) = ( n - 1 - p ) / 7; } );
     return keys;
+}
+
+//! Notes every stride-th of n rows, the last first.
+void noteRows( const RowList& list, const int n, const int stride )
+{
+    Kokkos::parallel_for(
+        "noteRows", Range( 0, n ), KOKKOS_LAMBDA( const int k ) {
+            const int p = n - 1 - k;
+            if ( p % stride == 0 )
+                list.note( p );
+        } );
+}
+
+//! Notes the particles lighter than a mass, a pack at a time.
+void noteLight( const RowList& list, const Particles<2>& particles,
+                const Real most )
+{
+    const auto mass = particles.slice<Mass>();
+    const int n = particles.size();
+    Kokkos::parallel_for(
+        "noteLight", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            list.note( p, active( p ) && load( mass, p ) < Lanes( most ) );
+        } );
+}
+
+//! The rows of a list. \param stride of those noted
+std::vector<int> rowsOf( const RowList& list, const int n, const int stride )
+{
+    const auto rows = list.rows(
+        n, KOKKOS_LAMBDA( const int p ) { return p % stride == 0; } );
+    const auto host =
+        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), rows );
+    return { host.data(), host.data() + host.size() };
+}
+
+TEST( RowList, hasWhatWasNotedInOrder )
+{
+    const int n = 40003;
+    RowList list;
+    // Few, and more than it has room for.
+    for ( const int stride : { 1000, 2, n } )
+    {
+        list.clear( n );
+        noteRows( list, n, stride );
+        std::vector<int> expected;
+        for ( int p = 0; p < n; p += stride )
+            expected.push_back( p );
+        EXPECT_EQ( list.count(), expected.size() );
+        EXPECT_EQ( rowsOf( list, n, stride ), expected );
+    }
+}
+
+TEST( RowList, takesLanesOfPacks )
+{
+    Particles<2> particles;
+    auto& sidecar =
+        particles.addSidecar<Label>( "labels", DuringStep::changes );
+    for ( const int n : { 3, 21 } )
+    {
+        number( particles, sidecar, n );
+        for ( const int below : { 0, 2, 13, 100 } )
+        {
+            RowList list;
+            list.clear( n );
+            noteLight( list, particles, 0.5 * below );
+            std::vector<int> expected( std::min( n, below ) );
+            std::iota( expected.begin(), expected.end(), 0 );
+            EXPECT_EQ( rowsOf( list, n, 1 ), expected );
+        }
+    }
 }
 
 TEST( Particles, removalKeepsAllOthersWithTheirSidecars )

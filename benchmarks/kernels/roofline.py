@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.patches import Patch
 
 PARTS = {"P2G": "o", "stress": "s", "G2P": "D", "grid": "^", "sort": "v",
-         "guard": "P", "EOS": "X", "step": "*"}
+         "EOS": "X", "step": "*"}
 COLOURS = ["tab:blue", "tab:orange", "tab:green", "tab:red"]
 
 

@@ -67,8 +67,6 @@ class WorkOfStep
             return grid();
         if ( part == "EOS" )
             return equationOfState();
-        if ( part == "guard" )
-            return guard();
         if ( part == "sort" )
             return sort();
         return {};
@@ -135,11 +133,8 @@ class WorkOfStep
     //! Mass, momentum and force read; v and v' written.
     Work grid() const { return work( 0, 1 + 2 * D + 2 * D, 0, 4 * D ); }
 
-    //! m, V, e read; p, c written.
-    Work equationOfState() const { return work( 5, 0, 6 ); }
-
-    //! Before a step v, m, V, e and c looked at; G2P looks at the new state.
-    Work guard() const { return work( D + 4, 0, 2 * D + 6 ); }
+    //! v, m, V, e read; p, c written, and the gas surveyed.
+    Work equationOfState() const { return work( D + 5, 0, 2 * D + 12 ); }
 
     //! All columns read and written, with keys and their order (three whole
     //! numbers), every few steps.

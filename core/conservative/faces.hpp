@@ -151,46 +151,60 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
             } );
 }
 
-//! 1/den with den = max(theta, least filling), on every face.
+/*!
+  \brief On every face, 1/den with den = max(theta, least filling), and velocity
+  differences d^a_f = (v_(i+1) - v_i)_a / h_a, 1/time, where it has two nodes.
+  \param[out] faces columns 0 to 2 Dim - 1
+*/
 template <int Dim>
-void normaliseFaces( const State<Dim>& state, const NodeView& faces,
-                     const Real least_filling )
+void measureFaces( const State<Dim>& state, const NodeView& faces,
+                   const Real least_filling )
 {
     const auto moments = state.nodes.moments;
+    const auto velocities = state.nodes.velocities;
+    const auto layout = state.layout;
+    const auto inverse = state.grid.inverse;
     Kokkos::parallel_for(
-        "Machpoint::normaliseFaces", Range( 0, state.layout.total ),
+        "Machpoint::measureFaces", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {
             for ( int a = 0; a < Dim; ++a )
+            {
+                const int next = i + layout.stride[a];
                 faces( i, a ) = 1 / Kokkos::max( moments( i, 1 + 2 * Dim + a ),
                                                  least_filling );
+                faces( i, Dim + a ) =
+                    next < layout.total
+                        ? ( velocities( next, a ) - velocities( i, a ) ) *
+                              inverse[a]
+                        : 0.0;
+            }
         } );
 }
 
 /*!
-  \brief Velocity differences d^a_f = (u_(i+1) - u_i)_a / h_a, 1/time, on every
-  face that has two nodes: of v, or of the mean of v and v' over den.
+  \brief Differences of the mean of v and v' over den, in the place of those of
+  v.
 */
-template <bool OfMean, int Dim>
-void differenceVelocity( const State<Dim>& state, const NodeView& faces )
+template <int Dim>
+void differenceMeanVelocity( const State<Dim>& state, const NodeView& faces )
 {
     const auto velocities = state.nodes.velocities;
     const auto layout = state.layout;
-    const auto spacing = state.grid.spacing;
+    const auto inverse = state.grid.inverse;
     Kokkos::parallel_for(
-        "Machpoint::differenceVelocity", Range( 0, layout.total ),
+        "Machpoint::differenceMeanVelocity", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {
-            auto u = [&]( const int row, const int a )
-            {
-                const Real v = velocities( row, a );
-                return OfMean ? 0.5 * ( v + velocities( row, Dim + a ) ) : v;
+            auto mean = [&]( const int row, const int a ) {
+                return 0.5 *
+                       ( velocities( row, a ) + velocities( row, Dim + a ) );
             };
             for ( int a = 0; a < Dim; ++a )
             {
                 const int next = i + layout.stride[a];
-                const Real scale = OfMean ? faces( i, a ) : 1.0;
                 faces( i, Dim + a ) =
                     next < layout.total
-                        ? scale * ( u( next, a ) - u( i, a ) ) / spacing[a]
+                        ? faces( i, a ) * ( mean( next, a ) - mean( i, a ) ) *
+                              inverse[a]
                         : 0.0;
             }
         } );

@@ -164,7 +164,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
     const auto carry = carryOver( state.particles );
-    const auto check = suspect( state );
+    const auto note = watch( state );
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
@@ -263,7 +263,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             }
             storeWhere( mine, next_V, volume, p );
             carry( p );
-            check( p, mine, new_x, new_v, volume, new_e );
+            note( p, mine, new_x, new_v, volume, new_e );
         } );
 }
 

@@ -215,7 +215,7 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
 
     cell_means.deposit( [&]( const auto& cells )
                         { depositCellPressure<Basis>( state, cells ); } );
-    cell_means.fold( state.halo, cellComponents<Dim, 3>() );
+    cell_means.foldAndFill( state.halo, cellComponents<Dim, 3>() );
     Kokkos::parallel_for(
         "Machpoint::meanCellPressure", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {
@@ -223,13 +223,11 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
             for ( int k = 1; k < 3; ++k )
                 means( i, k ) = volume > 0 ? means( i, k ) / volume : 0.0;
         } );
-    state.halo.fill( means, cellComponents<Dim, 3>() );
 
     cell_sums.deposit(
         [&]( const auto& cells )
         { depositTargetPressure<Basis>( state, means, eta, cells ); } );
-    cell_sums.fold( state.halo, cellComponents<Dim, 2>() );
-    state.halo.fill( sums, cellComponents<Dim, 2>() );
+    cell_sums.foldAndFill( state.halo, cellComponents<Dim, 2>() );
 
     const int n = state.particles.size();
     Kokkos::parallel_for(
@@ -334,8 +332,7 @@ void mixHeat( const State<Dim>& state, NodeSum& heat, const Real ck )
     const HeatShare share{ divergence, limiter, rate };
     heat.deposit( [&]( const auto& nodes )
                   { depositHeat<Basis>( state, share, nodes ); } );
-    heat.fold( state.halo, components );
-    state.halo.fill( sums, components );
+    heat.foldAndFill( state.halo, components );
     const int n = state.particles.size();
     Kokkos::parallel_for(
         "Machpoint::mixHeat", packs( n ), KOKKOS_LAMBDA( const int k ) {

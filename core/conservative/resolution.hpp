@@ -62,6 +62,20 @@ numberByParent( State<Dim>& state, const IndexList& parents )
     return ids;
 }
 
+//! Is a particle, or each of a pack, to be halved?
+struct LargeParticle
+{
+    Real volume;     //!< that it may have
+    Real mass_floor; //!< part of what it started with that it must have
+
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION auto
+    operator()( const Number& V, const Number& m, const Number& original ) const
+    {
+        return Number( volume ) < V && mass_floor * original < m;
+    }
+};
+
 /*!
   \brief Halves particles larger than parts.split_volume along the axis of the
   largest stretch S: offsets +- V^(1/Dim) e^S / 4, at most to the sides of the
@@ -79,15 +93,15 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto original = Cabana::slice<OriginalMass>( history.data() );
     const Real dt = state.dt;
     // A particle as large as those of the start is not halved.
-    const Real widest =
+    const LargeParticle is_large{
         Kokkos::max( parts.split_volume, 1.5 / state.per_cell ) *
-        state.grid.cellVolume();
-    const Real mass_floor = parts.mass_floor;
+            state.grid.cellVolume(),
+        parts.mass_floor };
     const int n = state.particles.size();
-    int count = 0;
-    Kokkos::parallel_reduce(
-        "Machpoint::trackStretch", packs( n ),
-        KOKKOS_LAMBDA( const int k, int& found ) {
+    const RowList& found = state.noted;
+    state.noted.clear( n );
+    Kokkos::parallel_for(
+        "Machpoint::trackStretch", packs( n ), KOKKOS_LAMBDA( const int k ) {
             const Pack p = Pack::of( k, n );
             const Lanes mass = load( m, p );
             const Lanes first = load( original, p );
@@ -101,23 +115,18 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                        load( stretch, p, a ) +
                            dt * ( load( C, p, a, a ) - mean ),
                        p, a );
-            if ( any( active( p ) && Lanes( widest ) < load( V, p ) &&
-                      mass_floor * start < mass ) )
-                for ( int q = p.first; q < p.first + p.count; ++q )
-                    if ( V( q ) > widest &&
-                         m( q ) > mass_floor * original( q ) )
-                        ++found;
-        },
-        count );
+            found.note( p,
+                        active( p ) && is_large( load( V, p ), mass, start ) );
+        } );
     const auto& comm = state.decomposition.comm();
-    if ( comm.sum( static_cast<std::int64_t>( count ) ) == 0 )
+    if ( comm.sum( static_cast<std::int64_t>( found.count() ) ) == 0 )
         return;
 
-    const auto large = collect(
-        "Machpoint::findLarge", 0, n, count, KOKKOS_LAMBDA( const int p ) {
-            prefetchForTest( V, p );
-            return V( p ) > widest && m( p ) > mass_floor * original( p );
+    const auto large = found.rows(
+        n, KOKKOS_LAMBDA( const int p ) {
+            return is_large( V( p ), m( p ), original( p ) );
         } );
+    const int count = large.extent_int( 0 );
     const auto number = numberByParent( state, large );
     state.particles.duplicate( large );
     const auto x = state.particles.template slice<Position>();

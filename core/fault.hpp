@@ -1,89 +1,16 @@
 /*!
-  \file time_step.hpp
-  \brief Layer 5: the CFL condition, and the check that the gas is still sound.
+  \file fault.hpp
+  \brief Layer 5: what is wrong with a particle that a step broke, in words.
 */
-#ifndef MACHPOINT_TIME_STEP_HPP
-#define MACHPOINT_TIME_STEP_HPP
+#ifndef MACHPOINT_FAULT_HPP
+#define MACHPOINT_FAULT_HPP
 
-#include <core/simulation.hpp>
 #include <core/soundness.hpp>
 
 #include <fmt/format.h>
 
 namespace Machpoint
 {
-
-//! What one pass over the particles finds out before a step.
-struct ParticleSurvey
-{
-    Real fastest = 0; //!< max of c + |v|
-    Extrema extrema;
-    int broken = -1; //!< a particle with a non-finite value or no volume
-
-    KOKKOS_INLINE_FUNCTION ParticleSurvey& operator+=( const ParticleSurvey& s )
-    {
-        fastest = Kokkos::max( fastest, s.fastest );
-        extrema.min_density =
-            Kokkos::min( extrema.min_density, s.extrema.min_density );
-        extrema.min_specific_internal_energy =
-            Kokkos::min( extrema.min_specific_internal_energy,
-                         s.extrema.min_specific_internal_energy );
-        extrema.max_mach = Kokkos::max( extrema.max_mach, s.extrema.max_mach );
-        // The largest number, so that the answer is the same on any backend.
-        broken = Kokkos::max( broken, s.broken );
-        return *this;
-    }
-};
-
-//! Surveys all particles. Needs sound speeds (particleState).
-template <int Dim>
-ParticleSurvey surveyParticles( const State<Dim>& state )
-{
-    const auto v = state.particles.template slice<Velocity>();
-    const auto m = state.particles.template slice<Mass>();
-    const auto V = state.particles.template slice<Volume>();
-    const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto c = state.particles.template slice<SoundSpeed>();
-    const int n = state.particles.size();
-    ParticleSurvey survey;
-    Kokkos::parallel_reduce(
-        "Machpoint::survey", packs( n ),
-        KOKKOS_LAMBDA( const int k, ParticleSurvey& sum ) {
-            const Pack p = Pack::of( k, n );
-            const LaneMask counts = active( p );
-            const Lanes huge( 1e300 );
-            const Lanes zero( 0.0 );
-            const auto u = loadVector<Dim>( v, p );
-            const Lanes volume = load( V, p );
-            const Lanes energy = load( e, p );
-            const Lanes sound = load( c, p );
-            const Lanes speed = Kokkos::sqrt( dot<Dim>( u, u ) );
-            const Lanes fastest = sound + speed;
-            const Lanes mach =
-                choose( zero < sound, Lanes( speed / sound ), zero );
-            ParticleSurvey own;
-            own.fastest = largest( choose( counts, fastest, zero ) );
-            own.extrema.max_mach = largest( choose( counts, mach, zero ) );
-            own.extrema.min_density = smallest(
-                choose( counts, Lanes( load( m, p ) / volume ), huge ) );
-            own.extrema.min_specific_internal_energy =
-                smallest( choose( counts, energy, huge ) );
-            // Written so that a NaN is caught too.
-            const LaneMask sound_gas =
-                fastest < huge && zero < volume && Kokkos::abs( energy ) < huge;
-            if ( any( counts && !sound_gas ) )
-                for ( int q = p.first; q < p.first + p.count; ++q )
-                {
-                    const auto w = get<Dim>( v, q );
-                    if ( !( c( q ) + Kokkos::sqrt( dot<Dim>( w, w ) ) < 1e300 &&
-                            V( q ) > 0 && Kokkos::abs( e( q ) ) < 1e300 ) )
-                        own.broken = q;
-                }
-            sum += own;
-        },
-        survey );
-    return survey;
-}
 
 //! What can be wrong with a particle after a step, the worst last.
 enum class FaultKind : int

@@ -1,0 +1,88 @@
+/*!
+  \file survey.hpp
+  \brief Layer 3: what a pass over the gas finds out before a step.
+*/
+#ifndef MACHPOINT_SURVEY_HPP
+#define MACHPOINT_SURVEY_HPP
+
+#include <core/lanes.hpp>
+
+namespace Machpoint
+{
+
+//! Extremes over particles, and over steps.
+struct Extrema
+{
+    Real min_density = Kokkos::Experimental::infinity_v<Real>;
+    Real min_specific_internal_energy = Kokkos::Experimental::infinity_v<Real>;
+    Real max_mach = 0;
+
+    KOKKOS_INLINE_FUNCTION Extrema& operator+=( const Extrema& other )
+    {
+        min_density = Kokkos::min( min_density, other.min_density );
+        min_specific_internal_energy = Kokkos::min(
+            min_specific_internal_energy, other.min_specific_internal_energy );
+        max_mach = Kokkos::max( max_mach, other.max_mach );
+        return *this;
+    }
+};
+
+//! How fast the gas of a rank is, what its extremes are, and is it sound?
+struct GasSurvey
+{
+    Real fastest = 0; //!< max of c + |v|
+    //! The same with twice the viscous speed, where State::is_viscous.
+    Real fastest_viscous = 0;
+    Extrema extrema;
+    int broken = -1; //!< a particle with a non-finite value or no volume
+
+    KOKKOS_INLINE_FUNCTION GasSurvey& operator+=( const GasSurvey& other )
+    {
+        fastest = Kokkos::max( fastest, other.fastest );
+        fastest_viscous = Kokkos::max( fastest_viscous, other.fastest_viscous );
+        extrema += other.extrema;
+        // The largest number, so that the answer is the same on any backend.
+        broken = Kokkos::max( broken, other.broken );
+        return *this;
+    }
+
+    //! Takes in a pack. \param speed |v| \param sound c
+    KOKKOS_FORCEINLINE_FUNCTION void
+    look( const Pack p, const Lanes& speed, const Lanes& sound,
+          const Lanes& volume, const Lanes& density, const Lanes& energy )
+    {
+        const LaneMask counts = active( p );
+        const Lanes zero( 0.0 );
+        const Lanes huge( 1e300 );
+        const Lanes sum = sound + speed;
+        GasSurvey own;
+        own.fastest = largest( choose( counts, sum, zero ) );
+        own.extrema.max_mach = largest( choose(
+            counts, choose( zero < sound, Lanes( speed / sound ), zero ),
+            zero ) );
+        own.extrema.min_density = smallest( choose( counts, density, huge ) );
+        own.extrema.min_specific_internal_energy =
+            smallest( choose( counts, energy, huge ) );
+        // Written so that a NaN is caught too.
+        const LaneMask is_sound =
+            sum < huge && zero < volume && Kokkos::abs( energy ) < huge;
+        if ( any( counts && !is_sound ) )
+            for ( int l = 0; l < p.count; ++l )
+                if ( !lane( is_sound, l ) )
+                    own.broken = p.first + l;
+        *this += own;
+    }
+
+    //! \param speed c + |v| + 2 ViscousSpeed of a pack
+    KOKKOS_FORCEINLINE_FUNCTION void lookAtViscosity( const Pack p,
+                                                      const Lanes& speed )
+    {
+        fastest_viscous = Kokkos::max(
+            fastest_viscous,
+            largest( choose( active( p ), speed, Lanes( 0.0 ) ) ) );
+    }
+};
+
+} // namespace Machpoint
+
+#endif

@@ -1,0 +1,68 @@
+/*!
+  \file evaluate_gas.hpp
+  \brief Pressure and sound speed of all particles by a formula.
+*/
+#ifndef MACHPOINT_EVALUATE_GAS_HPP
+#define MACHPOINT_EVALUATE_GAS_HPP
+
+#include <core/module.hpp>
+
+namespace Machpoint
+{
+
+//! What an equation of state makes of density and specific internal energy.
+struct ThermodynamicState
+{
+    Lanes pressure;
+    Lanes sound_squared; //!< c^2; below 0 it counts as 0
+};
+
+/*!
+  \brief Sets pressure and sound speed of all particles.
+  \param formula on the device: formula( density, specific internal energy ),
+  both Lanes, is a ThermodynamicState
+  \return what the gas is like, seen in the same pass
+*/
+template <int Dim, class Formula>
+GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
+{
+    const auto v = state.particles.template slice<Velocity>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto pressure = state.particles.template slice<Pressure>();
+    const auto sound_speed = state.particles.template slice<SoundSpeed>();
+    typename Sidecar<RateMembers>::aosoa_type::template member_slice_type<
+        ViscousSpeed>
+        viscous;
+    const bool is_viscous = state.is_viscous;
+    if ( is_viscous )
+        viscous = Cabana::slice<ViscousSpeed>( state.rates->data() );
+    const int n = state.particles.size();
+    GasSurvey survey;
+    Kokkos::parallel_reduce(
+        "Machpoint::evaluateGas", packs( n ),
+        KOKKOS_LAMBDA( const int k, GasSurvey& sum ) {
+            const Pack p = Pack::of( k, n );
+            const auto u = loadVector<Dim>( v, p );
+            const Lanes volume = load( V, p );
+            const Lanes energy = load( e, p );
+            const Lanes density = load( m, p ) / volume;
+            const ThermodynamicState gas = formula( density, energy );
+            const Lanes sound =
+                Kokkos::sqrt( Kokkos::max( gas.sound_squared, Lanes( 0.0 ) ) );
+            store( pressure, gas.pressure, p );
+            store( sound_speed, sound, p );
+            const Lanes speed = Kokkos::sqrt( dot<Dim>( u, u ) );
+            sum.look( p, speed, sound, volume, density, energy );
+            if ( is_viscous )
+                sum.lookAtViscosity( p,
+                                     sound + speed + 2 * load( viscous, p ) );
+        },
+        survey );
+    return survey;
+}
+
+} // namespace Machpoint
+
+#endif
