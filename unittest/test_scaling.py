@@ -71,7 +71,7 @@ class BenchTest(unittest.TestCase):
         self.assertAlmostEqual(sum(two["seconds"].values()), two["step"])
         fitted = model.fit(results.items(), 2)
         self.assertLess(fitted["halo_worst"], 1e-12)
-        self.assertEqual(fitted["messages"], 7)
+        self.assertEqual(fitted["messages"], 5)
 
         topics = {"strong": cases[:2], "weak": cases[:1], "apart": [cases[2]],
                   "stencil": [cases[1]]}
