@@ -403,7 +403,10 @@ void place( Particles<1>& particles, const int n, const Positions& positions )
     auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
                                                      particles.data() );
     for ( int p = 0; p < n; ++p )
+    {
         Cabana::slice<Position>( host )( p, 0 ) = positions( p );
+        Cabana::slice<Id>( host )( p ) = p; // a negative one marks a hole
+    }
     Cabana::deep_copy( particles.data(), host );
 }
 
