@@ -45,7 +45,12 @@ struct GasSurvey
         broken = Kokkos::max( broken, other.broken );
         return *this;
     }
+};
 
+//! The survey of some packs, lane by lane.
+class LaneSurvey
+{
+  public:
     //! Takes in a pack. \param speed |v| \param sound c
     KOKKOS_FORCEINLINE_FUNCTION void
     look( const Pack p, const Lanes& speed, const Lanes& sound,
@@ -55,32 +60,44 @@ struct GasSurvey
         const Lanes zero( 0.0 );
         const Lanes huge( 1e300 );
         const Lanes sum = sound + speed;
-        GasSurvey own;
-        own.fastest = largest( choose( counts, sum, zero ) );
-        own.extrema.max_mach = largest( choose(
-            counts, choose( zero < sound, Lanes( speed / sound ), zero ),
-            zero ) );
-        own.extrema.min_density = smallest( choose( counts, density, huge ) );
-        own.extrema.min_specific_internal_energy =
-            smallest( choose( counts, energy, huge ) );
+        const Lanes mach = choose( zero < sound, Lanes( speed / sound ), zero );
+        _fastest = Kokkos::max( _fastest, choose( counts, sum, zero ) );
+        _mach = Kokkos::max( _mach, choose( counts, mach, zero ) );
+        _density = Kokkos::min( _density, choose( counts, density, huge ) );
+        _energy = Kokkos::min( _energy, choose( counts, energy, huge ) );
         // Written so that a NaN is caught too.
         const LaneMask is_sound =
             sum < huge && zero < volume && Kokkos::abs( energy ) < huge;
         if ( any( counts && !is_sound ) )
             for ( int l = 0; l < p.count; ++l )
                 if ( !lane( is_sound, l ) )
-                    own.broken = p.first + l;
-        *this += own;
+                    _broken = p.first + l;
     }
 
     //! \param speed c + |v| + 2 ViscousSpeed of a pack
     KOKKOS_FORCEINLINE_FUNCTION void lookAtViscosity( const Pack p,
                                                       const Lanes& speed )
     {
-        fastest_viscous = Kokkos::max(
-            fastest_viscous,
-            largest( choose( active( p ), speed, Lanes( 0.0 ) ) ) );
+        _fastest_viscous = Kokkos::max(
+            _fastest_viscous, choose( active( p ), speed, Lanes( 0.0 ) ) );
     }
+
+    //! Of all lanes.
+    KOKKOS_FORCEINLINE_FUNCTION GasSurvey result() const
+    {
+        GasSurvey all;
+        all.fastest = largest( _fastest );
+        all.fastest_viscous = largest( _fastest_viscous );
+        all.extrema = { smallest( _density ), smallest( _energy ),
+                        largest( _mach ) };
+        all.broken = _broken;
+        return all;
+    }
+
+  private:
+    Lanes _fastest{ 0.0 }, _fastest_viscous{ 0.0 }, _mach{ 0.0 };
+    Lanes _density{ 1e300 }, _energy{ 1e300 };
+    int _broken = -1; // of those seen last
 };
 
 } // namespace Machpoint

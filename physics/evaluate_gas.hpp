@@ -39,25 +39,34 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
     if ( is_viscous )
         viscous = Cabana::slice<ViscousSpeed>( state.rates->data() );
     const int n = state.particles.size();
+    const int count = static_cast<int>( packs( n ).end() );
+    // Lanes are joined after some packs, as that takes longer than a pack.
+    constexpr int block = lane_count > 1 ? 32 : 1;
     GasSurvey survey;
     Kokkos::parallel_reduce(
-        "Machpoint::evaluateGas", packs( n ),
-        KOKKOS_LAMBDA( const int k, GasSurvey& sum ) {
-            const Pack p = Pack::of( k, n );
-            const auto u = loadVector<Dim>( v, p );
-            const Lanes volume = load( V, p );
-            const Lanes energy = load( e, p );
-            const Lanes density = load( m, p ) / volume;
-            const ThermodynamicState gas = formula( density, energy );
-            const Lanes sound =
-                Kokkos::sqrt( Kokkos::max( gas.sound_squared, Lanes( 0.0 ) ) );
-            store( pressure, gas.pressure, p );
-            store( sound_speed, sound, p );
-            const Lanes speed = Kokkos::sqrt( dot<Dim>( u, u ) );
-            sum.look( p, speed, sound, volume, density, energy );
-            if ( is_viscous )
-                sum.lookAtViscosity( p,
-                                     sound + speed + 2 * load( viscous, p ) );
+        "Machpoint::evaluateGas", Range( 0, ( count + block - 1 ) / block ),
+        KOKKOS_LAMBDA( const int b, GasSurvey& sum ) {
+            LaneSurvey seen;
+            const int end = Kokkos::min( ( b + 1 ) * block, count );
+            for ( int k = b * block; k < end; ++k )
+            {
+                const Pack p = Pack::of( k, n );
+                const auto u = loadVector<Dim>( v, p );
+                const Lanes volume = load( V, p );
+                const Lanes energy = load( e, p );
+                const Lanes density = load( m, p ) / volume;
+                const ThermodynamicState gas = formula( density, energy );
+                const Lanes sound = Kokkos::sqrt(
+                    Kokkos::max( gas.sound_squared, Lanes( 0.0 ) ) );
+                store( pressure, gas.pressure, p );
+                store( sound_speed, sound, p );
+                const Lanes speed = Kokkos::sqrt( dot<Dim>( u, u ) );
+                seen.look( p, speed, sound, volume, density, energy );
+                if ( is_viscous )
+                    seen.lookAtViscosity( p, sound + speed +
+                                                 2 * load( viscous, p ) );
+            }
+            sum += seen.result();
         },
         survey );
     return survey;
