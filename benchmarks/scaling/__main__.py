@@ -1,7 +1,8 @@
 """Strong and weak scaling over ranks, and what limits it.
 
 Usage: python3 benchmarks/scaling [--machpoint PATH] [--fast] [--docs]
-           [--repeats NUMBER] [--mpiexec COMMAND] [--triad PATH] [--output DIR]
+           [--topic NAME]... [--repeats NUMBER] [--steps NUMBER]
+           [--mpiexec COMMAND] [--triad PATH] [--output DIR]
 
 Runs scenes on 1, 2 and 4 ranks of one thread each, in turn, so that a drift of the
 machine meets all alike; prints medians and writes DIR/results.json. Beside them
@@ -15,6 +16,7 @@ import argparse
 import json
 import os
 import pathlib
+import statistics
 import subprocess
 import sys
 
@@ -23,9 +25,10 @@ import report
 from case import ROOT, Bench, Case, summarise
 
 
-def cases(fast):
+def cases(fast, steps=None):
     """{topic: [cases]}; a case may serve several topics."""
-    flat, solid, steps = ((32, 12, 3) if fast else (128, 16, 30))
+    flat, solid = ((32, 12) if fast else (128, 16))
+    steps = steps or (3 if fast else 30)
     vortex, sedov, cylinder = ("isentropic_vortex", "sedov_3d",
                                "cylinder_mach3")
     wide = 60 if fast else 200
@@ -82,6 +85,21 @@ def show(name, f):
           f"({1e3 * low:.2f} to {1e3 * high:.2f}): {parts}", flush=True)
 
 
+def show_weak(topics, runs):
+    """What two ranks keep of one rank's speed, and what two runs do that share
+    nothing but the machine: medians of the ratios within each round."""
+    alone = {c.scene: runs[c] for c in topics["weak"] if c.ranks == 1}
+    twice = [c for c in topics["weak"] if c.ranks == 2] + topics["apart"]
+    for case in [c for c in twice if c.scene in alone]:
+        ratios = sorted(one["step"] / both["step"] for one, both
+                        in zip(alone[case.scene], runs[case]))
+        if ratios:
+            what = f"{case.ranks} ranks" if case.ranks > 1 else "2 runs"
+            print(f"{case.scene}, {what}: efficiency "
+                  f"{statistics.median(ratios):.3f} ({ratios[0]:.2f} to "
+                  f"{ratios[-1]:.2f}) in {len(ratios)} rounds")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--machpoint", metavar="PATH",
@@ -91,12 +109,16 @@ def main():
     parser.add_argument("--mpiexec", metavar="COMMAND", default="mpirun")
     parser.add_argument("--output", metavar="DIR", default="out/scaling")
     parser.add_argument("--repeats", type=int, metavar="NUMBER")
+    parser.add_argument("--steps", type=int, metavar="NUMBER",
+                        help="of a run; long ones overlap better")
+    parser.add_argument("--topic", action="append", choices=list(cases(True)),
+                        help="may be repeated; default: all")
     parser.add_argument("--fast", action="store_true",
                         help="small scenes, two repeats: does it work?")
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
-    if arguments.docs and arguments.fast:
-        parser.error("--docs is of the full size")
+    if arguments.docs and (arguments.fast or arguments.topic):
+        parser.error("--docs is of all topics at full size")
     repeats = arguments.repeats or (2 if arguments.fast else 5)
     triad = pathlib.Path(arguments.triad or
                          pathlib.Path(arguments.machpoint).parent /
@@ -106,7 +128,9 @@ def main():
                      "or name it with --triad")
 
     bench = Bench(arguments.machpoint, arguments.mpiexec, arguments.output)
-    topics = cases(arguments.fast)
+    topics = {topic: found if topic in (arguments.topic or [topic]) else []
+              for topic, found
+              in cases(arguments.fast, arguments.steps).items()}
     every = list(dict.fromkeys(c for some in topics.values() for c in some))
     runs = {case: [] for case in every}
     rates = {1: [], 2: []}
@@ -121,6 +145,7 @@ def main():
     results = {case: summarise(found) for case, found in runs.items() if found}
     for case, figures in results.items():
         show(case.name, figures)
+    show_weak(topics, runs)
     for name, reason in bench.lacking.items():
         print(f"{name}: left out: {reason}")
     fits = {}
