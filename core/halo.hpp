@@ -148,6 +148,12 @@ struct Part
 #ifdef MACHPOINT_HAS_LANES
         if ( !marks.data() )
             return LaneMask( true );
+        // Mostly all alike: only some are near a cut.
+        int ours = 0;
+        for ( int l = 0; l < p.count; ++l )
+            ours += marks( p.first + l ) == marked ? 1 : 0;
+        if ( ours == 0 || ours == p.count )
+            return LaneMask( ours > 0 );
         return Lanes( 0.5 ) <
                Lanes(
                    [&]( const auto l )

@@ -114,8 +114,12 @@ void markWaiting( State<Dim>& state )
         inner.end[d] -= state.layout.halo + ( state.layout.centred ? 0 : 1 );
     }
     Kokkos::parallel_for(
-        "Machpoint::markWaiting", Range( 0, n ), KOKKOS_LAMBDA( const int p ) {
-            waiting( p ) = !inner.contains( grid, get<Dim>( x, p ) );
+        "Machpoint::markWaiting", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const auto inside =
+                inner.surelyContains( grid, loadVector<Dim>( x, p ) );
+            for ( int l = 0; l < p.count; ++l )
+                waiting( p.first + l ) = !lane( inside, l );
         } );
     const auto images = state.images;
     Kokkos::parallel_for(
