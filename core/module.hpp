@@ -65,9 +65,9 @@ struct State
     //! knows only the gradient that a particle carries.
     Sidecar<RateMembers>* rates = nullptr;
     bool is_viscous = false; //!< does a module give rates a ViscousSpeed?
-    GasSurvey survey;  //!< of the last particleState
-    RowList noted;     //!< scratch: rows that kernels note in passing
-    IndexList leavers; //!< the particles that it moved out of the domain
+    GasSurvey survey;        //!< of the last particleState
+    RowList noted;           //!< scratch: rows that kernels note in passing
+    IndexList leavers; //!< the particles that the step moved out of the domain
     Ledger ledger;
     Placement placement = Placement::lattice;
     int per_cell = 1;          //!< particles per cell
