@@ -344,64 +344,6 @@ struct HalfwayWeights
     }
 };
 
-//! A node of a stencil and the faces between it and the next node along each
-//! axis, as seen by the particle.
-template <int Dim, class Number = Real>
-struct StencilCorner
-{
-    NodeRow<Number> row;         //!< row in a NodeView
-    Number weight;               //!< w_ip
-    VectorOf<Dim, Number> dx;    //!< x_i - x_p, length
-    VectorOf<Dim, Number> faces; //!< w^a_f; 0 beyond the last node
-};
-
-//! Calls visit(StencilCorner) for every node of a stencil, x fastest.
-template <class Basis, int Dim, class Number, class Visitor>
-KOKKOS_FORCEINLINE_FUNCTION void
-forEachCorner( const Stencil<Basis, Dim, Number>& s,
-               const HalfwayWeights<Basis, Dim, Number>& halfway,
-               const NodeLayout<Dim>& layout, const Visitor& visit )
-{
-    constexpr int n = Basis::nodes;
-    StencilCorner<Dim, Number> corner;
-    const Number none( 0.0 );
-    for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
-        for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
-        {
-            // Products over the axes from y on: of weights, and with the
-            // face's own weight along y or z.
-            Number wyz( 1.0 ), cy( 1.0 ), cz( 1.0 );
-            int row = 0;
-            if constexpr ( Dim > 1 )
-            {
-                wyz = s.w[1][j];
-                cy = j < n - 1 ? halfway.c[1][j] : none;
-                row += j * layout.stride[1];
-                corner.dx[1] = s.dx[1][j];
-            }
-            if constexpr ( Dim > 2 )
-            {
-                cz = wyz * ( k < n - 1 ? halfway.c[2][k] : none );
-                wyz *= s.w[2][k];
-                cy *= s.w[2][k];
-                row += k * layout.stride[2];
-                corner.dx[2] = s.dx[2][k];
-            }
-            for ( int i = 0; i < n; ++i )
-            {
-                corner.row = rowAt( s.base, row + i );
-                corner.weight = s.w[0][i] * wyz;
-                corner.dx[0] = s.dx[0][i];
-                corner.faces[0] = i < n - 1 ? halfway.c[0][i] * wyz : none;
-                if constexpr ( Dim > 1 )
-                    corner.faces[1] = s.w[0][i] * cy;
-                if constexpr ( Dim > 2 )
-                    corner.faces[2] = s.w[0][i] * cz;
-                visit( corner );
-            }
-        }
-}
-
 //! One face of a stencil, as seen by the particle.
 template <class Number = Real>
 struct StencilFace

@@ -117,6 +117,14 @@ KOKKOS_FORCEINLINE_FUNCTION Real at( const NodeView& nodes, const int row,
 {
     return nodes( row, c );
 }
+//! Columns 0 to K - 1 of a node.
+template <std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void loadRow( const NodeView& nodes, const int row,
+                                          Real ( &values )[K] )
+{
+    for ( std::size_t c = 0; c < K; ++c )
+        values[c] = nodes( row, c );
+}
 //! Node row: the stencil's first, and how far from it.
 KOKKOS_FORCEINLINE_FUNCTION int rowAt( const int base, const int shift )
 {
@@ -258,6 +266,53 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes at( const NodeView& nodes,
 #endif
     return Lanes( [&]( const auto l )
                   { return first[rows.row[l] * columns]; } );
+}
+
+//! Columns 0 to K - 1 of the nodes: four at a time are read as rows and turned
+//! into registers of one column, which takes half as long as collecting them.
+template <std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void
+loadRow( const NodeView& nodes, const LaneRows& rows, Lanes ( &values )[K] )
+{
+    std::size_t done = 0;
+#if defined( __AVX512F__ )
+    if constexpr ( lane_count == 8 )
+    {
+        const std::size_t columns = nodes.stride( 0 );
+        const __m512i lower = _mm512_setr_epi64( 0, 1, 8, 9, 4, 5, 12, 13 );
+        const __m512i upper = _mm512_setr_epi64( 2, 3, 10, 11, 6, 7, 14, 15 );
+        for ( ; done + 4 <= K; done += 4 )
+        {
+            const Real* const first =
+                nodes.data() +
+                static_cast<std::size_t>( rows.shift ) * columns + done;
+            // Four columns of lanes l and l + 4.
+            auto pair = [&]( const int l )
+            {
+                return _mm512_insertf64x4(
+                    _mm512_castpd256_pd512(
+                        _mm256_loadu_pd( first + rows.row[l] * columns ) ),
+                    _mm256_loadu_pd( first + rows.row[l + 4] * columns ), 1 );
+            };
+            const __m512d a = pair( 0 ), b = pair( 1 ), c = pair( 2 ),
+                          d = pair( 3 );
+            const __m512d ab_even = _mm512_unpacklo_pd( a, b );
+            const __m512d ab_odd = _mm512_unpackhi_pd( a, b );
+            const __m512d cd_even = _mm512_unpacklo_pd( c, d );
+            const __m512d cd_odd = _mm512_unpackhi_pd( c, d );
+            values[done] =
+                Lanes( _mm512_permutex2var_pd( ab_even, lower, cd_even ) );
+            values[done + 1] =
+                Lanes( _mm512_permutex2var_pd( ab_odd, lower, cd_odd ) );
+            values[done + 2] =
+                Lanes( _mm512_permutex2var_pd( ab_even, upper, cd_even ) );
+            values[done + 3] =
+                Lanes( _mm512_permutex2var_pd( ab_odd, upper, cd_odd ) );
+        }
+    }
+#endif
+    for ( ; done < K; ++done )
+        values[done] = at( nodes, rows, static_cast<int>( done ) );
 }
 
 //! Rows of stencils, one of each lane.

@@ -80,27 +80,30 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
             Lanes squares( 0.0 );            // sum w |v'_i - v|^2
             Lanes mixing( 0.0 );             // sum w |u_p(x_i) - v_i|^2
             Lanes D( 0.0 );
-            forEachNode(
-                s, layout,
-                [&]( const auto& i ) MACHPOINT_INLINE
-                {
-                    const auto u = affineVelocity<Dim>( old_v, old_C, i.dx );
-                    for ( int a = 0; a < Dim; ++a )
-                    {
-                        const Lanes v_i = at( velocities, i.row, a );
-                        const Lanes new_i = at( velocities, i.row, Dim + a );
-                        const Lanes step = new_i - old_v[a];
-                        const Lanes w_step = i.weight * step;
-                        change[a] += w_step;
-                        squares += w_step * step;
-                        mixing += i.weight * ( u[a] - v_i ) * ( u[a] - v_i );
-                        D += i.gradient[a] * ( 0.5 * ( v_i + new_i ) );
-                        for ( int b = 0; b < Dim; ++b )
-                            fit[a][b] += Basis::constant_moment
-                                             ? w_step * i.dx[b]
-                                             : new_i * i.gradient[b];
-                    }
-                } );
+            forEachNode( s, layout,
+                         [&]( const auto& i ) MACHPOINT_INLINE
+                         {
+                             const auto u =
+                                 affineVelocity<Dim>( old_v, old_C, i.dx );
+                             Lanes both[2 * Dim]; // v and v'
+                             loadRow( velocities, i.row, both );
+                             for ( int a = 0; a < Dim; ++a )
+                             {
+                                 const Lanes& v_i = both[a];
+                                 const Lanes& new_i = both[Dim + a];
+                                 const Lanes step = new_i - old_v[a];
+                                 const Lanes w_step = i.weight * step;
+                                 change[a] += w_step;
+                                 squares += w_step * step;
+                                 mixing +=
+                                     i.weight * ( u[a] - v_i ) * ( u[a] - v_i );
+                                 D += i.gradient[a] * ( 0.5 * ( v_i + new_i ) );
+                                 for ( int b = 0; b < Dim; ++b )
+                                     fit[a][b] += Basis::constant_moment
+                                                      ? w_step * i.dx[b]
+                                                      : new_i * i.gradient[b];
+                             }
+                         } );
             Lanes affine( 0.0 );     // sum |C'|^2 moment at the old position
             Lanes affine_new( 0.0 ); // and at the new one
             VectorOf<Dim, Lanes> new_x{}, new_v{};

@@ -8,6 +8,7 @@
 
 #include <core/basis.hpp>
 #include <core/module.hpp>
+#include <core/products.hpp>
 #include <core/soundness.hpp>
 
 namespace Machpoint
@@ -27,19 +28,39 @@ affineVelocity( const Kokkos::Array<Number, Dim>& v,
     return u;
 }
 
-//! Velocity of a particle at a distance dx: of its affine field, or its own.
-//! (A function, as nvcc's kernels must not meet a name first in an if
-//! constexpr.)
-template <bool Affine, int Dim, class Number>
-KOKKOS_FORCEINLINE_FUNCTION VectorOf<Dim, Number>
-velocityAt( const Kokkos::Array<Number, Dim>& v,
-            const Kokkos::Array<Number, Dim> ( &C )[Dim],
-            const Kokkos::Array<Number, Dim>& dx )
+//! What particles add in `particlesToGrid`: mass, momentum and force.
+template <int Dim, bool Affine>
+struct MomentTerms
 {
-    if constexpr ( Affine )
-        return affineVelocity<Dim>( v, C, dx );
-    else
-        return v;
+    static constexpr int count = 1 + 2 * Dim;
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr int column( const int t )
+    {
+        return t;
+    }
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr bool isAffine( const int t )
+    {
+        return Affine && 0 < t && t <= Dim;
+    }
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr int axis( const int t )
+    {
+        return t <= Dim ? -1 : t - 1 - Dim;
+    }
+};
+
+//! The terms of mass and of affine momentum.
+template <int Dim, class Terms, class Number>
+KOKKOS_FORCEINLINE_FUNCTION void
+setMoments( Products<Terms, Dim, Number>& terms, const Number& mass,
+            const VectorOf<Dim, Number>& v,
+            const VectorOf<Dim, Number> ( &C )[Dim] )
+{
+    terms.value[0] = mass;
+    for ( int a = 0; a < Dim; ++a )
+    {
+        terms.value[1 + a] = mass * v[a];
+        for ( int b = 0; b < Dim; ++b )
+            terms.slope[1 + a][b] = mass * C[a][b];
+    }
 }
 
 /*!
@@ -72,23 +93,14 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
             const auto u = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
-            const Lanes mass = load( m, p );
+            Products<MomentTerms<Dim, Affine>, Dim, Lanes> terms;
+            setMoments<Dim>( terms, load( m, p ), u, affine );
             const Lanes Vp = load( V, p ) * load( pressure, p );
-            forEachNode( s, layout,
-                         [&]( const auto& i ) MACHPOINT_INLINE
-                         {
-                             const auto u_i =
-                                 velocityAt<Affine, Dim>( u, affine, i.dx );
-                             const Lanes mw = mass * i.weight;
-                             Lanes values[1 + 2 * Dim];
-                             values[0] = mw;
-                             for ( int d = 0; d < Dim; ++d )
-                             {
-                                 values[1 + d] = mw * u_i[d];
-                                 values[1 + Dim + d] = Vp * i.gradient[d];
-                             }
-                             addColumns( nodes, p, i.row, 0, values );
-                         } );
+            for ( int d = 0; d < Dim; ++d )
+                terms.value[1 + Dim + d] = Vp;
+            addProducts( nodes, p, s, layout,
+                         OtherWeights<Basis, Dim, Lanes>::derivatives( s ),
+                         terms );
         } );
 }
 

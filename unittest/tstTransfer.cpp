@@ -1,6 +1,7 @@
 // P2G and the node update: exactness on linear fields and conservation.
 #include "scenes.hpp"
 
+#include <core/conservative/faces.hpp>
 #include <core/scene.hpp>
 #include <core/transfer.hpp>
 
@@ -39,7 +40,8 @@ struct Box
         auto scene =
             makeScene<Dim>( resolved, { Basis::centred, Basis::halo, 0 } );
         const int total = scene.state.layout.total;
-        scene.state.nodes.moments = NodeView( "moments", total, 1 + 2 * Dim );
+        scene.state.nodes.moments =
+            NodeView( "moments", total, paddedColumns( 1 + 2 * Dim ) );
         scene.state.nodes.velocities = NodeView( "velocities", total, 2 * Dim );
         for ( auto& active : scene.modules )
             active.module->particleState( scene.state );
@@ -183,6 +185,96 @@ TYPED_TEST( Transfer, affineMomentumReproducesLinearVelocity )
         }
     }
     EXPECT_GT( worst, 1e-3 );
+}
+
+//! What a particle, or each of a pack, adds to nodes: some terms of its own.
+template <class Terms, class Basis, int Dim>
+struct SomeTerms
+{
+    using AoSoA = typename Particles<Dim>::aosoa_type;
+    typename AoSoA::template member_slice_type<Position> x;
+    typename AoSoA::template member_slice_type<Mass> m;
+    Grid<Dim> grid;
+    NodeLayout<Dim> layout;
+
+    template <class Access, class Particle>
+    KOKKOS_FORCEINLINE_FUNCTION void add( const Access& nodes,
+                                          const Particle p ) const
+    {
+        using Number = NumberOf<Particle>;
+        const Stencil<Basis, Dim, Number> s( grid, layout,
+                                             loadVector<Dim>( x, p ) );
+        const Number mass = load( m, p );
+        Products<Terms, Dim, Number> terms;
+        for ( int t = 0; t < Terms::count; ++t )
+        {
+            terms.value[t] = mass * ( 1.0 + t );
+            for ( int d = 0; d < Dim; ++d )
+                terms.slope[t][d] = mass * ( 3.0 - t + 2 * d );
+        }
+        addProducts( nodes, p, s, layout,
+                     OtherWeights<Basis, Dim, Number>::faces( grid, s ),
+                     terms );
+    }
+};
+
+//! Terms of all particles: of packs, or of one after the other.
+template <class Terms, class Basis, int Dim, bool Together>
+NodeView::HostMirror sumOfTerms( const State<Dim>& state )
+{
+    const int n = state.particles.size();
+    const NodeView field(
+        "sums", state.layout.total,
+        Terms::column( 0 ) +
+            paddedColumns( Products<Terms, Dim, Real>::width ) );
+    const NodeScatter scatter( field );
+    const SomeTerms<Terms, Basis, Dim> some{
+        state.particles.template slice<Position>(),
+        state.particles.template slice<Mass>(), state.grid, state.layout };
+    scatter.clear();
+    if ( Together )
+        Kokkos::parallel_for(
+            "together", packs( n ), KOKKOS_LAMBDA( const int k ) {
+                some.add( scatter.access(), Pack::of( k, n ) );
+            } );
+    else
+        Kokkos::parallel_for(
+            "alone", Range( 0, n ),
+            KOKKOS_LAMBDA( const int p ) { some.add( scatter.access(), p ); } );
+    scatter.contribute();
+    return copy( field );
+}
+
+template <class Terms, class Basis, int Dim>
+void expectSameTerms( const State<Dim>& state )
+{
+    const auto alone = sumOfTerms<Terms, Basis, Dim, false>( state );
+    const auto together = sumOfTerms<Terms, Basis, Dim, true>( state );
+    Real largest = 0;
+    for ( std::size_t i = 0; i < alone.extent( 0 ); ++i )
+        for ( std::size_t c = 0; c < alone.extent( 1 ); ++c )
+        {
+            EXPECT_NEAR( together( i, c ), alone( i, c ), 1e-13 )
+                << "node " << i << ", column " << c;
+            largest = std::max( largest, std::abs( alone( i, c ) ) );
+        }
+    EXPECT_GT( largest, 1e-3 );
+}
+
+// Particles of a pack add what they add one by one, in the columns of their
+// terms alone.
+TYPED_TEST( Transfer, packsAddWhatTheirParticlesAdd )
+{
+    constexpr int Dim = TypeParam::dimension;
+    using Basis = typename TypeParam::basis;
+    const Box<Basis, Dim> box( "periodic" );
+    const auto& state = box.scene.state;
+    expectSameTerms<MomentTerms<Dim, true>, Basis>( state );
+    expectSameTerms<MomentTerms<Dim, false>, Basis>( state );
+    expectSameTerms<Impl::ConservativeTerms<Dim, true>, Basis>( state );
+    expectSameTerms<Impl::ConservativeTerms<Dim, false>, Basis>( state );
+    expectSameTerms<Impl::FaceTerms<Dim, 0, 1>, Basis>( state );
+    expectSameTerms<Impl::FaceTerms<Dim, 1 + 2 * Dim, 0>, Basis>( state );
 }
 
 } // namespace

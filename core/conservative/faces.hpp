@@ -53,6 +53,44 @@ NodeComponents<1 + 3 * Dim> conservativeMoments()
     return list;
 }
 
+//! A term on the faces of each axis, from column First on, and More on nodes.
+template <int Dim, int First, int More>
+struct FaceTerms
+{
+    static constexpr int count = Dim + More;
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr int column( const int t )
+    {
+        return First + t;
+    }
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr bool isAffine( int )
+    {
+        return false;
+    }
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr int axis( const int t )
+    {
+        return t < Dim ? t : -1;
+    }
+};
+
+//! Mass and momentum, and theta behind the force if WithTheta.
+template <int Dim, bool WithTheta>
+struct ConservativeTerms
+{
+    static constexpr int count = 1 + ( WithTheta ? 2 : 1 ) * Dim;
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr int column( const int t )
+    {
+        return t <= Dim ? t : t + Dim;
+    }
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr bool isAffine( const int t )
+    {
+        return 0 < t && t <= Dim;
+    }
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr int axis( const int t )
+    {
+        return t <= Dim ? -1 : t - 1 - Dim;
+    }
+};
+
 //! Adds particles, or one image of one, to mass, momentum and theta.
 //! \param p a particle's row or a pack
 template <class Basis, int Dim, class Number, class NodeAccess, class Particle>
@@ -62,30 +100,23 @@ KOKKOS_FORCEINLINE_FUNCTION void depositMoments(
     const Particle p, const Number& mass, const Number& volume,
     const VectorOf<Dim, Number>& v, const VectorOf<Dim, Number> ( &C )[Dim] )
 {
+    // All at once where a register holds them.
+    constexpr bool together = lane_count > 1 && 1 + 3 * Dim <= 8;
+    const auto faces = OtherWeights<Basis, Dim, Number>::faces( grid, s );
     const Number filling = volume / grid.cellVolume();
-    forEachCorner( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
-                   [&]( const auto& i ) MACHPOINT_INLINE
-                   {
-                       const auto u = affineVelocity<Dim>( v, C, i.dx );
-                       // All columns at once, the force's too where that is no
-                       // detour.
-                       constexpr bool together =
-                           lane_count > 1 && 1 + 3 * Dim <= 8;
-                       constexpr int theta = together ? 1 + 2 * Dim : 0;
-                       Number moments[together ? 1 + 3 * Dim : 1 + Dim]{};
-                       Number fillings[Dim];
-                       moments[0] = mass * i.weight;
-                       for ( int a = 0; a < Dim; ++a )
-                       {
-                           moments[1 + a] = moments[0] * u[a];
-                           fillings[a] = filling * i.faces[a];
-                           if ( together )
-                               moments[theta + a] = fillings[a];
-                       }
-                       addColumns( nodes, p, i.row, 0, moments );
-                       if ( !together )
-                           addColumns( nodes, p, i.row, 1 + 2 * Dim, fillings );
-                   } );
+    Products<ConservativeTerms<Dim, together>, Dim, Number> terms;
+    setMoments<Dim>( terms, mass, v, C );
+    if constexpr ( together )
+        for ( int a = 0; a < Dim; ++a )
+            terms.value[1 + Dim + a] = filling;
+    addProducts( nodes, p, s, layout, faces, terms );
+    if constexpr ( !together )
+    {
+        Products<FaceTerms<Dim, 1 + 2 * Dim, 0>, Dim, Number> theta;
+        for ( int a = 0; a < Dim; ++a )
+            theta.value[a] = filling;
+        addProducts( nodes, p, s, layout, faces, theta );
+    }
 }
 
 //! R C R, row by row: the affine matrix as a mirror shows it.
@@ -330,17 +361,13 @@ depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
                const Stencil<Basis, Dim, Number>& s, const Particle p,
                const Number& volume_pressure, const Number& mixed )
 {
-    const Number share = volume_pressure / grid.cellVolume();
-    forEachCorner( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
-                   [&]( const auto& i ) MACHPOINT_INLINE
-                   {
-                       Number stress[Dim + ( Blends ? 1 : 0 )];
-                       for ( int a = 0; a < Dim; ++a )
-                           stress[a] = share * i.faces[a];
-                       if ( Blends )
-                           stress[Dim] = mixed * i.weight;
-                       addColumns( nodes, p, i.row, 0, stress );
-                   } );
+    Products<FaceTerms<Dim, 0, Blends ? 1 : 0>, Dim, Number> terms;
+    for ( int a = 0; a < Dim; ++a )
+        terms.value[a] = volume_pressure / grid.cellVolume();
+    if constexpr ( Blends )
+        terms.value[Dim] = mixed;
+    addProducts( nodes, p, s, layout,
+                 OtherWeights<Basis, Dim, Number>::faces( grid, s ), terms );
 }
 
 //! m kb phi h max(-D, 0) / c of particles, 0 without sound.

@@ -49,14 +49,15 @@ struct Gathered
         forEachNode( s, layout,
                      [&]( const auto& i ) MACHPOINT_INLINE
                      {
-                         const Number beta = at( velocities, i.row, 2 * Dim );
+                         Number node[2 * Dim + 1]; // v, v' and beta
+                         loadRow( velocities, i.row, node );
+                         const Number& beta = node[2 * Dim];
                          const Number w = i.weight;
                          const Number mixed = w * beta * ( 2 - beta );
                          for ( int a = 0; a < Dim; ++a )
                          {
-                             const Number v_i = at( velocities, i.row, a );
-                             const Number kick =
-                                 at( velocities, i.row, Dim + a ) - v_i;
+                             const Number& v_i = node[a];
+                             const Number kick = node[Dim + a] - v_i;
                              const Number shear =
                                  dot<Dim>( C[a], i.dx ); // u - v
                              const Number past = v_i - v[a];

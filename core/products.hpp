@@ -1,0 +1,309 @@
+/*!
+  \file products.hpp
+  \brief Layer 3: what a particle adds to the nodes of its stencil, as products
+  of one-dimensional weights.
+
+  Term t of a particle adds to a column of node i, at dx from it,
+
+    ( value[t] + slope[t] . dx ) prod_d W_td(i_d),
+
+  where W_td are the stencil's weights, or along one axis others: derivatives,
+  or weights of faces. A struct says what the terms are:
+
+    static constexpr int count;              // terms
+    static constexpr int column( int t );    // of the nodes; increasing
+    static constexpr bool isAffine( int t ); // has it a slope?
+    static constexpr int axis( int t );      // of the other weights, or -1
+*/
+#ifndef MACHPOINT_PRODUCTS_HPP
+#define MACHPOINT_PRODUCTS_HPP
+
+#include <core/basis.hpp>
+#include <core/node_sum.hpp>
+
+namespace Machpoint
+{
+
+//! The values of terms, and their slopes along each axis.
+template <class Terms, int Dim, class Number>
+struct Products
+{
+    //! Columns from the first term's to the last one's.
+    static constexpr int width =
+        Terms::column( Terms::count - 1 ) - Terms::column( 0 ) + 1;
+
+    Number value[Terms::count];
+    Number slope[Terms::count][Dim]; //!< of those that are affine
+};
+
+//! Weights other than the stencil's, along each axis.
+template <class Basis, int Dim, class Number>
+struct OtherWeights
+{
+    Number w[Dim][Basis::nodes];
+
+    //! Derivatives of the stencil's, 1/length.
+    KOKKOS_FORCEINLINE_FUNCTION static OtherWeights
+    derivatives( const Stencil<Basis, Dim, Number>& s )
+    {
+        OtherWeights other;
+        for ( int d = 0; d < Dim; ++d )
+            for ( int i = 0; i < Basis::nodes; ++i )
+                other.w[d][i] = s.dw[d][i];
+        return other;
+    }
+    //! Of the face between a node and the next; none behind the last node.
+    KOKKOS_FORCEINLINE_FUNCTION static OtherWeights
+    faces( const Grid<Dim>& grid, const Stencil<Basis, Dim, Number>& s )
+    {
+        const HalfwayWeights<Basis, Dim, Number> halfway( grid, s );
+        OtherWeights other;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            for ( int i = 0; i < Basis::nodes - 1; ++i )
+                other.w[d][i] = halfway.c[d][i];
+            other.w[d][Basis::nodes - 1] = Number( 0.0 );
+        }
+        return other;
+    }
+};
+
+#ifdef MACHPOINT_HAS_LANES
+namespace Impl
+{
+
+//! Lane l, from memory, where a kernel reads many: out of a register it takes
+//! two shuffles.
+KOKKOS_FORCEINLINE_FUNCTION Real inMemory( const Lanes& lanes, const int l )
+{
+    Real value;
+    std::memcpy( &value,
+                 reinterpret_cast<const char*>( &lanes ) + l * sizeof( Real ),
+                 sizeof( Real ) );
+    return value;
+}
+
+//! A row of a field of nodes in one register, a column in each place. (One type
+//! for each width, as GCC 12 takes a register whose size depends on a parameter
+//! for a number.)
+template <int Width>
+struct ColumnRow;
+template <>
+struct ColumnRow<4>
+{
+    using Row __attribute__( ( vector_size( 32 ) ) ) = Real;
+    using Places __attribute__( ( vector_size( 32 ) ) ) = std::int64_t;
+    static KOKKOS_FORCEINLINE_FUNCTION Row same( const Real x )
+    {
+        return Row{ x, x, x, x };
+    }
+    //! \param bits 1 << c for each column
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr Places places( const int bits )
+    {
+        return Places{ -( bits & 1 ), -( bits >> 1 & 1 ), -( bits >> 2 & 1 ),
+                       -( bits >> 3 & 1 ) };
+    }
+};
+template <>
+struct ColumnRow<8>
+{
+    using Row __attribute__( ( vector_size( 64 ) ) ) = Real;
+    using Places __attribute__( ( vector_size( 64 ) ) ) = std::int64_t;
+    static KOKKOS_FORCEINLINE_FUNCTION Row same( const Real x )
+    {
+        return Row{ x, x, x, x, x, x, x, x };
+    }
+    static KOKKOS_FORCEINLINE_FUNCTION constexpr Places places( const int bits )
+    {
+        return Places{ -( bits & 1 ),      -( bits >> 1 & 1 ),
+                       -( bits >> 2 & 1 ), -( bits >> 3 & 1 ),
+                       -( bits >> 4 & 1 ), -( bits >> 5 & 1 ),
+                       -( bits >> 6 & 1 ), -( bits >> 7 & 1 ) };
+    }
+};
+
+//! Puts a value into some places of a row.
+template <int Width, int Bits>
+KOKKOS_FORCEINLINE_FUNCTION auto
+replace( const typename ColumnRow<Width>::Row& row, const Real value )
+{
+    constexpr auto places = ColumnRow<Width>::places( Bits );
+    return places ? ColumnRow<Width>::same( value ) : row;
+}
+
+//! The places, as bits, whose weights along an axis are others.
+template <class Terms>
+constexpr int placesAlong( const int axis )
+{
+    int bits = 0;
+    for ( int t = 0; t < Terms::count; ++t )
+        if ( Terms::axis( t ) == axis )
+            bits |= 1 << ( Terms::column( t ) - Terms::column( 0 ) );
+    return bits;
+}
+
+//! Calls visit with the constants 0 to N - 1.
+template <int N, class Visitor>
+KOKKOS_FORCEINLINE_FUNCTION void forEachConstant( const Visitor& visit )
+{
+    [&]<int... I>( std::integer_sequence<int, I...> )
+    {
+        ( visit( std::integral_constant<int, I>() ), ... );
+    }
+    ( std::make_integer_sequence<int, N>() );
+}
+
+/*!
+  \brief addProducts with a particle's columns in one register.
+
+  Node after node and line after line a term grows by slope times spacing, and
+  the weights of an axis are multiplied on line by line, so that a node costs
+  two operations.
+*/
+template <int Width, class Terms, class Basis, int Dim>
+KOKKOS_FORCEINLINE_FUNCTION void
+addProductRows( const NodeScatter::Access& nodes, const Pack p,
+                const Stencil<Basis, Dim, Lanes>& s,
+                const NodeLayout<Dim>& layout,
+                const OtherWeights<Basis, Dim, Lanes>& other,
+                const Products<Terms, Dim, Lanes>& terms )
+{
+    using Row = typename ColumnRow<Width>::Row;
+    constexpr int n = Basis::nodes;
+    constexpr int first = Terms::column( 0 );
+    // Of each particle: terms at the first node, and from there to the next.
+    Lanes values[Terms::count], steps[Terms::count][Dim];
+    for ( int t = 0; t < Terms::count; ++t )
+    {
+        values[t] = terms.value[t];
+        if ( Terms::isAffine( t ) )
+            for ( int d = 0; d < Dim; ++d )
+            {
+                values[t] += terms.slope[t][d] * s.dx[d][0];
+                steps[t][d] = terms.slope[t][d] * layout.spacing[d];
+            }
+    }
+    for ( int l = 0; l < p.count; ++l )
+    {
+        Row value{};
+        Row step[3]{};
+        forEachConstant<Terms::count>(
+            [&]( const auto t )
+            {
+                constexpr int bit = 1 << ( Terms::column( t ) - first );
+                value = replace<Width, bit>( value, inMemory( values[t], l ) );
+                if constexpr ( Terms::isAffine( t ) )
+                    for ( int d = 0; d < Dim; ++d )
+                        step[d] = replace<Width, bit>(
+                            step[d], inMemory( steps[t][d], l ) );
+            } );
+        Row w[Dim][n];
+        forEachConstant<Dim>(
+            [&]( const auto d )
+            {
+                constexpr int bits = placesAlong<Terms>( d );
+                for ( int i = 0; i < n; ++i )
+                    w[d][i] = replace<Width, bits>(
+                        ColumnRow<Width>::same( inMemory( s.w[d][i], l ) ),
+                        inMemory( other.w[d][i], l ) );
+            } );
+        Real* const base = nodes.row( s.base.row[l] ) + first;
+        for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
+        {
+            Row plane = value;
+            Row step_x = step[0];
+            Row step_y = step[1];
+            int row = 0;
+            if constexpr ( Dim > 2 )
+            {
+                plane *= w[2][k];
+                step_x *= w[2][k];
+                step_y *= w[2][k];
+                value += step[2];
+                row = k * layout.stride[2];
+            }
+            for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
+            {
+                Row term = plane;
+                Row step_on = step_x;
+                if constexpr ( Dim > 1 )
+                {
+                    term *= w[1][j];
+                    step_on *= w[1][j];
+                    plane += step_y;
+                }
+                Real* const line =
+                    base + static_cast<std::ptrdiff_t>( row ) * nodes.columns;
+                for ( int i = 0; i < n; ++i )
+                {
+                    Real* const node = line + i * nodes.columns;
+                    Row sum;
+                    std::memcpy( &sum, node, sizeof( Row ) );
+                    sum += term * w[0][i];
+                    std::memcpy( node, &sum, sizeof( Row ) );
+                    term += step_on;
+                }
+                if constexpr ( Dim > 1 )
+                    row += layout.stride[1];
+            }
+        }
+    }
+}
+
+} // namespace Impl
+#endif
+
+/*!
+  \brief Adds the terms of a particle, or of each of a pack, to the nodes of its
+  stencil.
+  \param p a particle's row or a pack
+*/
+template <class Terms, class Basis, int Dim, class Number, class Access,
+          class Particle>
+KOKKOS_FORCEINLINE_FUNCTION void
+addProducts( const Access& nodes, const Particle p,
+             const Stencil<Basis, Dim, Number>& s,
+             const NodeLayout<Dim>& layout,
+             const OtherWeights<Basis, Dim, Number>& other,
+             const Products<Terms, Dim, Number>& terms )
+{
+    constexpr int width = Products<Terms, Dim, Number>::width;
+    constexpr int first = Terms::column( 0 );
+#ifdef MACHPOINT_HAS_LANES
+    if constexpr ( std::is_same_v<Access, NodeScatter::Access> &&
+                   std::is_same_v<Particle, Pack> )
+        if constexpr ( Impl::rowWidth( width ) > 1 )
+        {
+            Impl::addProductRows<Impl::rowWidth( width )>( nodes, p, s, layout,
+                                                           other, terms );
+            return;
+        }
+#endif
+    constexpr int n = Basis::nodes;
+    int at[3];
+    for ( at[2] = 0; at[2] < ( Dim > 2 ? n : 1 ); ++at[2] )
+        for ( at[1] = 0; at[1] < ( Dim > 1 ? n : 1 ); ++at[1] )
+            for ( at[0] = 0; at[0] < n; ++at[0] )
+            {
+                Number sums[width]{};
+                int row = 0;
+                for ( int d = 0; d < Dim; ++d )
+                    row += at[d] * layout.stride[d];
+                for ( int t = 0; t < Terms::count; ++t )
+                {
+                    Number term = terms.value[t];
+                    if ( Terms::isAffine( t ) )
+                        for ( int d = 0; d < Dim; ++d )
+                            term += terms.slope[t][d] * s.dx[d][at[d]];
+                    for ( int d = 0; d < Dim; ++d )
+                        term *= Terms::axis( t ) == d ? other.w[d][at[d]]
+                                                      : s.w[d][at[d]];
+                    sums[Terms::column( t ) - first] = term;
+                }
+                addColumns( nodes, p, rowAt( s.base, row ), first, sums );
+            }
+}
+
+} // namespace Machpoint
+
+#endif
