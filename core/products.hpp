@@ -83,9 +83,9 @@ KOKKOS_FORCEINLINE_FUNCTION Real inMemory( const Lanes& lanes, const int l )
     return value;
 }
 
-//! A row of a field of nodes in one register, a column in each place. (One type
-//! for each width, as GCC 12 takes a register whose size depends on a parameter
-//! for a number.)
+//! A row of a field of nodes in one register, a column in each place, and masks
+//! of places. (One by one, as GCC 12 takes a register whose size depends on a
+//! parameter for a number.)
 template <int Width>
 struct ColumnRow;
 template <>
@@ -93,42 +93,42 @@ struct ColumnRow<4>
 {
     using Row __attribute__( ( vector_size( 32 ) ) ) = Real;
     using Places __attribute__( ( vector_size( 32 ) ) ) = std::int64_t;
-    static KOKKOS_FORCEINLINE_FUNCTION Row same( const Real x )
-    {
-        return Row{ x, x, x, x };
-    }
-    //! \param bits 1 << c for each column
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr Places places( const int bits )
-    {
-        return Places{ -( bits & 1 ), -( bits >> 1 & 1 ), -( bits >> 2 & 1 ),
-                       -( bits >> 3 & 1 ) };
-    }
 };
 template <>
 struct ColumnRow<8>
 {
     using Row __attribute__( ( vector_size( 64 ) ) ) = Real;
     using Places __attribute__( ( vector_size( 64 ) ) ) = std::int64_t;
-    static KOKKOS_FORCEINLINE_FUNCTION Row same( const Real x )
-    {
-        return Row{ x, x, x, x, x, x, x, x };
-    }
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr Places places( const int bits )
-    {
-        return Places{ -( bits & 1 ),      -( bits >> 1 & 1 ),
-                       -( bits >> 2 & 1 ), -( bits >> 3 & 1 ),
-                       -( bits >> 4 & 1 ), -( bits >> 5 & 1 ),
-                       -( bits >> 6 & 1 ), -( bits >> 7 & 1 ) };
-    }
 };
 
-//! Puts a value into some places of a row.
+//! x in all places.
+template <int Width>
+KOKKOS_FORCEINLINE_FUNCTION auto rowOf( const Real x )
+{
+    using Row = typename ColumnRow<Width>::Row;
+    if constexpr ( Width == 4 )
+        return Row{ x, x, x, x };
+    else
+        return Row{ x, x, x, x, x, x, x, x };
+}
+
+//! Puts x into some places of a row. \tparam Bits 1 << c for each place c
 template <int Width, int Bits>
 KOKKOS_FORCEINLINE_FUNCTION auto
-replace( const typename ColumnRow<Width>::Row& row, const Real value )
+replace( const typename ColumnRow<Width>::Row& row, const Real x )
 {
-    constexpr auto places = ColumnRow<Width>::places( Bits );
-    return places ? ColumnRow<Width>::same( value ) : row;
+    using Places = typename ColumnRow<Width>::Places;
+    // -1 where the bit is set.
+    constexpr auto at = []( const int c ) -> std::int64_t
+    { return -( Bits >> c & 1 ); };
+    if constexpr ( Width == 4 )
+        return Places{ at( 0 ), at( 1 ), at( 2 ), at( 3 ) } ? rowOf<4>( x )
+                                                            : row;
+    else
+        return Places{ at( 0 ), at( 1 ), at( 2 ), at( 3 ),
+                       at( 4 ), at( 5 ), at( 6 ), at( 7 ) }
+                   ? rowOf<8>( x )
+                   : row;
 }
 
 //! The places, as bits, whose weights along an axis are others.
@@ -204,7 +204,7 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
                 constexpr int bits = placesAlong<Terms>( d );
                 for ( int i = 0; i < n; ++i )
                     w[d][i] = replace<Width, bits>(
-                        ColumnRow<Width>::same( inMemory( s.w[d][i], l ) ),
+                        rowOf<Width>( inMemory( s.w[d][i], l ) ),
                         inMemory( other.w[d][i], l ) );
             } );
         Real* const base = nodes.row( s.base.row[l] ) + first;
