@@ -33,15 +33,15 @@ template <int Dim, bool Affine>
 struct MomentTerms
 {
     static constexpr int count = 1 + 2 * Dim;
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr int column( const int t )
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
     {
         return t;
     }
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr bool isAffine( const int t )
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr bool isAffine( const int t )
     {
         return Affine && 0 < t && t <= Dim;
     }
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr int axis( const int t )
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int axis( const int t )
     {
         return t <= Dim ? -1 : t - 1 - Dim;
     }

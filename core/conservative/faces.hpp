@@ -58,15 +58,15 @@ template <int Dim, int First, int More>
 struct FaceTerms
 {
     static constexpr int count = Dim + More;
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr int column( const int t )
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
     {
         return First + t;
     }
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr bool isAffine( int )
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr bool isAffine( int )
     {
         return false;
     }
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr int axis( const int t )
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int axis( const int t )
     {
         return t < Dim ? t : -1;
     }
@@ -77,15 +77,15 @@ template <int Dim, bool WithTheta>
 struct ConservativeTerms
 {
     static constexpr int count = 1 + ( WithTheta ? 2 : 1 ) * Dim;
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr int column( const int t )
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
     {
         return t <= Dim ? t : t + Dim;
     }
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr bool isAffine( const int t )
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr bool isAffine( const int t )
     {
         return 0 < t && t <= Dim;
     }
-    static KOKKOS_FORCEINLINE_FUNCTION constexpr int axis( const int t )
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int axis( const int t )
     {
         return t <= Dim ? -1 : t - 1 - Dim;
     }
