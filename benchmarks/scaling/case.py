@@ -8,6 +8,7 @@ import shlex
 import shutil
 import statistics
 import subprocess
+import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
@@ -67,7 +68,7 @@ class Bench:
         self.commands = {}
         self.lacking = {}
 
-    def _start(self, case, number):
+    def _start(self, case, number, scratch):
         directory = self.output / f"{case.name}-{number}"
         words = []
         for path, value in case.settings().items():
@@ -84,7 +85,9 @@ class Bench:
             os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false",
             OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
             OMPI_MCA_rmaps_base_oversubscribe="1",
-            OMPI_MCA_hwloc_base_binding_policy="none")
+            OMPI_MCA_hwloc_base_binding_policy="none",
+            # Copies that start at once must not make one directory.
+            TMPDIR=tempfile.mkdtemp(dir=scratch))
         return directory, subprocess.Popen(
             command, env=environment, stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -93,7 +96,11 @@ class Bench:
         """Figures of one run, per step; None if the build lacks the case."""
         if case.name in self.lacking:
             return None
-        started = [self._start(case, k) for k in range(case.copies)]
+        with tempfile.TemporaryDirectory(prefix="scaling") as scratch:
+            return self._measure(case, scratch)
+
+    def _measure(self, case, scratch):
+        started = [self._start(case, k, scratch) for k in range(case.copies)]
         figures = []
         for directory, process in started:
             text = process.communicate()[0]
