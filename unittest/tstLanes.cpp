@@ -258,6 +258,54 @@ TEST( Lanes, readNodes )
     }
 }
 
+//! Columns 0 to K - 1 of the node at the floor of y, by packs: of particle p
+//! the number of wrong ones. [n]
+template <std::size_t K>
+Kokkos::View<int*, Kokkos::HostSpace> wrongColumns()
+{
+    AoSoA numbers = makeNumbers();
+    const auto y = Cabana::slice<1>( numbers );
+    const NodeView field( "field", n, K + 1 );
+    Kokkos::parallel_for(
+        "nodes", Range( 0, n ), KOKKOS_LAMBDA( const int i ) {
+            for ( std::size_t c = 0; c <= K; ++c )
+                field( i, c ) = 100 * i + static_cast<Real>( c );
+        } );
+    const IndexList wrong( "wrong", n );
+    Kokkos::parallel_for(
+        "read", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const Lanes node = Kokkos::floor(
+                clip( load( y, p ), Lanes( 0.0 ), Lanes( n - 2.0 ) ) );
+            Lanes values[K];
+            loadRow( field, rowAt( toBases( node ), 1 ), values );
+            for ( std::size_t c = 0; c < K; ++c )
+                for ( int l = 0; l < p.count; ++l )
+                    wrong( p.first + l ) +=
+                        lane( values[c], l ) != 100 * ( lane( node, l ) + 1 ) +
+                                                    static_cast<Real>( c )
+                            ? 1
+                            : 0;
+        } );
+    return Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), wrong );
+}
+
+template <std::size_t K>
+void checkRows()
+{
+    const auto wrong = wrongColumns<K>();
+    for ( int p = 0; p < n; ++p )
+        EXPECT_EQ( wrong( p ), 0 ) << K << " columns, particle " << p;
+}
+
+TEST( Lanes, readRowsOfNodes )
+{
+    checkRows<1>();
+    checkRows<4>();
+    checkRows<5>();
+    checkRows<8>();
+}
+
 TEST( Power, isAccurateWhereKernelsNeedIt )
 {
     for ( const Real x : { 0.2, 0.5, 0.9, 1.0, 1.1, 2.0, 5.0 } )
