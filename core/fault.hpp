@@ -91,22 +91,14 @@ Fault findFault( const State<Dim>& state )
 template <int Dim>
 std::string describeFault( const State<Dim>& state, const Fault& fault )
 {
-    using tuple_type = typename Particles<Dim>::aosoa_type::tuple_type;
-    Kokkos::View<tuple_type, MemorySpace> tuple( "Machpoint::brokenParticle" );
-    const auto aosoa = state.particles.data();
-    const int p = fault.particle;
-    Kokkos::parallel_for(
-        "Machpoint::describeFault", Range( 0, 1 ),
-        KOKKOS_LAMBDA( const int ) { tuple() = aosoa.getTuple( p ); } );
-    const auto host =
-        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), tuple );
+    const auto broken = state.particles.toHost( fault.particle );
     std::string place, velocity;
     for ( int d = 0; d < Dim; ++d )
     {
         place += fmt::format( "{}{:.6g}", d ? ", " : "",
-                              Cabana::get<Position>( host(), d ) );
+                              broken.template slice<Position>()( 0, d ) );
         velocity += fmt::format( "{}{:.6g}", d ? ", " : "",
-                                 Cabana::get<Velocity>( host(), d ) );
+                                 broken.template slice<Velocity>()( 0, d ) );
     }
     const char* what =
         fault.kind == FaultKind::not_finite  ? "a value that is not finite"
@@ -119,10 +111,10 @@ std::string describeFault( const State<Dim>& state, const Fault& fault )
         "at ({}) has {}: volume {:.6g}, specific internal energy {:.6g}, "
         "velocity ({}), sound speed {:.6g}; try a smaller time.cfl, more cells "
         "where the gas thins out, artificial_viscosity, or another method.name",
-        state.step, state.time, state.dt, Cabana::get<Id>( host() ), place,
-        what, Cabana::get<Volume>( host() ),
-        Cabana::get<SpecificInternalEnergy>( host() ), velocity,
-        Cabana::get<SoundSpeed>( host() ) );
+        state.step, state.time, state.dt, broken.template slice<Id>()( 0 ),
+        place, what, broken.template slice<Volume>()( 0 ),
+        broken.template slice<SpecificInternalEnergy>()( 0 ), velocity,
+        broken.template slice<SoundSpeed>()( 0 ) );
 }
 
 } // namespace Machpoint

@@ -117,13 +117,14 @@ KOKKOS_FORCEINLINE_FUNCTION Real at( const NodeView& nodes, const int row,
 {
     return nodes( row, c );
 }
-//! Columns 0 to K - 1 of a node.
+//! K columns of a node from the first on.
 template <std::size_t K>
 KOKKOS_FORCEINLINE_FUNCTION void loadRow( const NodeView& nodes, const int row,
-                                          Real ( &values )[K] )
+                                          Real ( &values )[K],
+                                          const int first = 0 )
 {
     for ( std::size_t c = 0; c < K; ++c )
-        values[c] = nodes( row, c );
+        values[c] = nodes( row, first + c );
 }
 //! Node row: the stencil's first, and how far from it.
 KOKKOS_FORCEINLINE_FUNCTION int rowAt( const int base, const int shift )
@@ -268,31 +269,34 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes at( const NodeView& nodes,
                   { return first[rows.row[l] * columns]; } );
 }
 
-//! Columns 0 to K - 1 of the nodes: four at a time are read as rows and turned
-//! into registers of one column, which takes half as long as collecting them.
+//! K columns of the nodes from the first on: four or two at a time are read as
+//! rows and turned into registers of one column, which takes half as long as
+//! collecting them.
 template <std::size_t K>
 KOKKOS_FORCEINLINE_FUNCTION void
-loadRow( const NodeView& nodes, const LaneRows& rows, Lanes ( &values )[K] )
+loadRow( const NodeView& nodes, const LaneRows& rows, Lanes ( &values )[K],
+         const int first = 0 )
 {
     std::size_t done = 0;
 #if defined( __AVX512F__ )
     if constexpr ( lane_count == 8 )
     {
         const std::size_t columns = nodes.stride( 0 );
+        const Real* const start =
+            nodes.data() + static_cast<std::size_t>( rows.shift ) * columns +
+            first;
         const __m512i lower = _mm512_setr_epi64( 0, 1, 8, 9, 4, 5, 12, 13 );
         const __m512i upper = _mm512_setr_epi64( 2, 3, 10, 11, 6, 7, 14, 15 );
         for ( ; done + 4 <= K; done += 4 )
         {
-            const Real* const first =
-                nodes.data() +
-                static_cast<std::size_t>( rows.shift ) * columns + done;
             // Four columns of lanes l and l + 4.
             auto pair = [&]( const int l )
             {
                 return _mm512_insertf64x4(
-                    _mm512_castpd256_pd512(
-                        _mm256_loadu_pd( first + rows.row[l] * columns ) ),
-                    _mm256_loadu_pd( first + rows.row[l + 4] * columns ), 1 );
+                    _mm512_castpd256_pd512( _mm256_loadu_pd(
+                        start + done + rows.row[l] * columns ) ),
+                    _mm256_loadu_pd( start + done + rows.row[l + 4] * columns ),
+                    1 );
             };
             const __m512d a = pair( 0 ), b = pair( 1 ), c = pair( 2 ),
                           d = pair( 3 );
@@ -309,10 +313,31 @@ loadRow( const NodeView& nodes, const LaneRows& rows, Lanes ( &values )[K] )
             values[done + 3] =
                 Lanes( _mm512_permutex2var_pd( ab_odd, upper, cd_odd ) );
         }
+        if ( done + 2 <= K )
+        {
+            // Two columns of lanes l, l + 2, l + 4 and l + 6.
+            auto half = [&]( const int l )
+            {
+                return _mm256_insertf128_pd(
+                    _mm256_castpd128_pd256(
+                        _mm_loadu_pd( start + done + rows.row[l] * columns ) ),
+                    _mm_loadu_pd( start + done + rows.row[l + 2] * columns ),
+                    1 );
+            };
+            auto whole = [&]( const int l )
+            {
+                return _mm512_insertf64x4( _mm512_castpd256_pd512( half( l ) ),
+                                           half( l + 4 ), 1 );
+            };
+            const __m512d even = whole( 0 ), odd = whole( 1 );
+            values[done] = Lanes( _mm512_unpacklo_pd( even, odd ) );
+            values[done + 1] = Lanes( _mm512_unpackhi_pd( even, odd ) );
+            done += 2;
+        }
     }
 #endif
     for ( ; done < K; ++done )
-        values[done] = at( nodes, rows, static_cast<int>( done ) );
+        values[done] = at( nodes, rows, first + static_cast<int>( done ) );
 }
 
 //! Rows of stencils, one of each lane.

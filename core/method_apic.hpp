@@ -53,7 +53,6 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
     const auto next_C = state.particles.template next<VelocityGradient>();
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
-    const auto carry = carryOver( state.particles );
     const auto note = watch( state );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
@@ -153,7 +152,6 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
                              Lanes( widest ) );
             storeWhere( mine, next_e, new_e, p );
             storeWhere( mine, next_V, new_V, p );
-            carry( p );
             note( p, mine, new_x, new_v, new_V, new_e );
         } );
 }

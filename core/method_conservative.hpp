@@ -61,7 +61,7 @@ struct Conservative : MethodDefaults
     struct Storage
     {
         ConservativeParts parts;
-        NodeView faces;
+        NodeView faces, inverse_filling;
         NodeSum stress;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
@@ -74,7 +74,7 @@ struct Conservative : MethodDefaults
             : parts( input.at( "method" ) )
         {
             state.rates = &state.particles.template addSidecar<RateMembers>(
-                "Machpoint::rates", DuringStep::stays );
+                "Machpoint::rates", DuringStep::renews );
             if ( parts.midpoint )
             {
                 const Profile::Effect effect( "midpoint" );
@@ -96,7 +96,10 @@ struct Conservative : MethodDefaults
         void layOut( const State<Dim>& state )
         {
             const int total = state.layout.total;
-            faces = NodeView( "Machpoint::faces", total, 3 * Dim );
+            faces =
+                NodeView( "Machpoint::faces", total, Impl::face_columns * Dim );
+            inverse_filling =
+                NodeView( "Machpoint::inverseFilling", total, Dim );
             stress =
                 makeNodeSum( "Machpoint::stress", state,
                              Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) );
@@ -178,7 +181,8 @@ struct Conservative : MethodDefaults
         const auto& faces = storage.faces;
         state.halo.fill( state.nodes.velocities,
                          vectorComponents<Dim, 1>( Parity::velocity ) );
-        Impl::measureFaces( state, faces, parts.least_filling );
+        Impl::measureFaces( state, faces, storage.inverse_filling,
+                            parts.least_filling );
         if ( parts.viscosity_limiter )
         {
             {
@@ -214,8 +218,8 @@ struct Conservative : MethodDefaults
                 { Impl::depositStress<false, Basis>( state, kb, sums ); } );
             stress.foldAndFill( state.halo, faceComponents<Dim>() );
         }
-        Impl::pressureForce( state, faces, stress.field(), kb > 0,
-                             parts.blend );
+        Impl::pressureForce( state, storage.inverse_filling, stress.field(),
+                             kb > 0, parts.blend );
     }
 
     //! Sections 5 to 7.
@@ -227,7 +231,8 @@ struct Conservative : MethodDefaults
         auto gather = [&]( const Part& part )
         {
             // Again with the halo, where that has come meanwhile.
-            Impl::differenceMeanVelocity( state, storage.faces );
+            Impl::differenceMeanVelocity( state, storage.faces,
+                                          storage.inverse_filling );
             if ( state.images.count > 0 && part.marked )
                 state.ledger.energy_in +=
                     Impl::workOfImages<Basis>( state, storage.faces );

@@ -110,7 +110,6 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
     const auto next_L = state.particles.template next<VelocityGradient>();
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
-    const auto carry = carryOver( state.particles );
     const auto note = watch( state );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
@@ -154,7 +153,6 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
                 volume * Kokkos::max( 1 + dt * D, Lanes( least ) ); // 9c
             store( next_e, new_e, p );
             store( next_V, new_V, p );
-            carry( p );
             note( p, LaneMask( true ), new_x, loadVector<Dim>( new_v, p ),
                   new_V, new_e );
         } );

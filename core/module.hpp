@@ -11,7 +11,6 @@
 #include <core/collect.hpp>
 #include <core/images.hpp>
 #include <core/leavers.hpp>
-#include <core/next_state.hpp>
 #include <core/node_sum.hpp>
 #include <core/parameters.hpp>
 #include <core/particles.hpp>

@@ -1,7 +1,7 @@
 /*!
   \file particles.hpp
-  \brief Layer 2: the particles of one material, in an AoSoA, with the
-  sidecars that effects keep for their own state.
+  \brief Layer 2: the particles of one material, in AoSoAs, with the sidecars
+  that effects keep for their own state.
 */
 #ifndef MACHPOINT_PARTICLES_HPP
 #define MACHPOINT_PARTICLES_HPP
@@ -23,31 +23,83 @@
 namespace Machpoint
 {
 
-//! What every particle carries. The order is the order of the members below.
+//! What a step advances: a particle has an old value and a new one, so that a
+//! step can be repeated.
 template <int Dim>
-using ParticleMembers =
-    Cabana::MemberTypes<Real[Dim], Real[Dim], Real[Dim][Dim], Real, Real, Real,
-                        Real, Real, std::int64_t>;
+using AdvancedMembers =
+    Cabana::MemberTypes<Real[Dim], Real[Dim], Real[Dim][Dim], Real, Real>;
 
-//! Names of the members of a particle.
+//! What a step leaves as it is, or makes anew of the advanced members.
+using LastingMembers = Cabana::MemberTypes<Real, Real, Real, std::int64_t>;
+
+//! Names of the members of a particle, in the order of the types above.
 enum Member : std::size_t
 {
     Position,               //!< x_p [Dim]
     Velocity,               //!< v_p [Dim]
     VelocityGradient,       //!< `apic`: affine matrix C_p; `paper`: L_p
-    Mass,                   //!< m_p
     Volume,                 //!< V_p; density is m_p / V_p
     SpecificInternalEnergy, //!< e_p
+    Mass,                   //!< m_p; the first that lasts
     Pressure,               //!< p_p, and q_p where a viscosity adds it
     SoundSpeed,             //!< c_p
     Id                      //!< unique for ever; negative: to be removed
 };
 
+//! Does a step advance this member?
+constexpr bool isAdvanced( const std::size_t member )
+{
+    return member < Mass;
+}
+
 //! What a checkpoint calls them.
-constexpr const char* member_names[] = {
-    "position", "velocity",    "velocity_gradient",
-    "mass",     "volume",      "specific_internal_energy",
-    "pressure", "sound_speed", "id" };
+constexpr const char* member_names[] = { "position",
+                                         "velocity",
+                                         "velocity_gradient",
+                                         "volume",
+                                         "specific_internal_energy",
+                                         "mass",
+                                         "pressure",
+                                         "sound_speed",
+                                         "id" };
+
+//! Bytes of all members of one particle.
+template <int Dim>
+constexpr std::size_t
+    particle_bytes = sizeof( Cabana::Tuple<AdvancedMembers<Dim>> ) +
+                     sizeof( Cabana::Tuple<LastingMembers> );
+
+//! Slice of a member. \param advanced, lasting AoSoAs
+template <std::size_t M, class Advanced, class Lasting>
+auto sliceOf( const Advanced& advanced, const Lasting& lasting )
+{
+    if constexpr ( isAdvanced( M ) )
+        return Cabana::slice<M>( advanced );
+    else
+        return Cabana::slice<M - Mass>( lasting );
+}
+
+//! Particles in host memory, to be looked at or made one by one.
+template <int Dim>
+struct HostParticles
+{
+    Cabana::AoSoA<AdvancedMembers<Dim>, Kokkos::HostSpace> advanced;
+    Cabana::AoSoA<LastingMembers, Kokkos::HostSpace> lasting;
+
+    std::size_t size() const { return advanced.size(); }
+    //! Those that stay keep their data; new ones are not set.
+    void resize( const std::size_t n )
+    {
+        advanced.resize( n );
+        lasting.resize( n );
+    }
+    //! A member of every particle.
+    template <std::size_t M>
+    auto slice() const
+    {
+        return sliceOf<M>( advanced, lasting );
+    }
+};
 
 using ParticleBins = Cabana::BinningData<MemorySpace>;
 
@@ -97,6 +149,13 @@ class ParticlePlan
 };
 #endif
 
+//! Memory where particles are that is not in use meanwhile.
+struct Scratch
+{
+    void* data;
+    std::size_t bytes;
+};
+
 //! State that one effect alone needs, one entry per particle. Sorting,
 //! removal and insertion carry every sidecar along.
 class SidecarBase
@@ -105,8 +164,9 @@ class SidecarBase
     virtual ~SidecarBase() = default;
     //! Makes room for n particles; new entries are zero.
     virtual void resize( std::size_t n ) = 0;
-    //! Reorders all entries. \param keep_spare the memory of the old order
-    virtual void permute( const ParticleBins& bins, bool keep_spare ) = 0;
+    //! Reorders all entries. \param scratch memory that the caller lends
+    virtual void permute( const ParticleBins& bins,
+                          const Scratch& scratch ) = 0;
     //! Copies entry from(k) onto entry to(k) for k < count.
     virtual void move( const IndexList& from, const IndexList& to,
                        int count ) = 0;
@@ -144,6 +204,18 @@ void moveTuples( const AoSoA& aosoa, const IndexList& from, const IndexList& to,
         } );
 }
 
+//! Particle p alone. \return [1]
+template <class AoSoA>
+AoSoA singleTuple( const AoSoA& aosoa, const int p )
+{
+    const AoSoA single( aosoa.label(), 1 );
+    Kokkos::parallel_for(
+        "Machpoint::singleParticle", Range( 0, 1 ), KOKKOS_LAMBDA( const int ) {
+            single.setTuple( 0, aosoa.getTuple( p ) );
+        } );
+    return single;
+}
+
 //! Resizes with spare room, so that an open scene does not reallocate every
 //! time a few particles enter.
 template <class AoSoA>
@@ -154,23 +226,54 @@ void resizeWithSlack( AoSoA& aosoa, const std::size_t n )
     aosoa.resize( n );
 }
 
-//! Reorders particles. \param spare memory that takes the old order
-//! \param keep_spare for the next time
-template <class AoSoA>
-void permute( const ParticleBins& bins, AoSoA& aosoa, AoSoA& spare,
-              const bool keep_spare )
+//! Copies particles in another order. \param to another AoSoA, as long
+template <class From, class To>
+void copyInOrder( const ParticleBins& bins, const From& from, const To& to )
 {
-    resizeWithSlack( spare, aosoa.size() );
-    const auto from = aosoa;
-    const auto to = spare;
     Kokkos::parallel_for(
-        "Machpoint::permute", Range( 0, static_cast<int>( aosoa.size() ) ),
+        "Machpoint::permute", Range( 0, static_cast<int>( from.size() ) ),
         KOKKOS_LAMBDA( const int k ) {
             to.setTuple( k, from.getTuple( bins.permutation( k ) ) );
         } );
+}
+
+//! Reorders particles. \param spare takes the old order
+template <class AoSoA>
+void permute( const ParticleBins& bins, AoSoA& aosoa, AoSoA& spare )
+{
+    resizeWithSlack( spare, aosoa.size() );
+    copyInOrder( bins, aosoa, spare );
     std::swap( aosoa, spare );
-    if ( !keep_spare )
-        spare = AoSoA( spare.label() );
+}
+
+//! Reorders particles by way of scratch memory, if that is large enough.
+template <class Members>
+void permute( const ParticleBins& bins,
+              Cabana::AoSoA<Members, MemorySpace>& aosoa,
+              const Scratch& scratch )
+{
+    using aosoa_type = Cabana::AoSoA<Members, MemorySpace>;
+    using soa_type = typename aosoa_type::soa_type;
+    using Ordered =
+        Cabana::AoSoA<Members, MemorySpace, aosoa_type::vector_length,
+                      Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
+    const std::size_t tiles = aosoa.numSoA();
+    if ( scratch.bytes < tiles * sizeof( soa_type ) )
+    {
+        aosoa_type spare( aosoa.label() );
+        permute( bins, aosoa, spare );
+        return;
+    }
+    const Ordered ordered( static_cast<soa_type*>( scratch.data ), tiles,
+                           aosoa.size() );
+    copyInOrder( bins, aosoa, ordered );
+    const auto back = aosoa;
+    Kokkos::parallel_for(
+        "Machpoint::copyOrdered", Range( 0, static_cast<int>( tiles ) ),
+        KOKKOS_LAMBDA( const int s ) {
+            back.access( s ) = ordered.access( s );
+        } );
+    Kokkos::fence( "Machpoint::permute" ); // before others take the scratch
 }
 
 //! Copies particles, their number included.
@@ -326,12 +429,12 @@ void checkpointMembers( Archive& archive, const char* const* names,
 }
 } // namespace Impl
 
-//! Does a step, from drift to G2P, change a sidecar so that its repetition
-//! needs the old values?
+//! What a step, from drift to G2P, does to a sidecar.
 enum class DuringStep
 {
-    changes,
-    stays //!< or is made anew
+    changes, //!< its repetition needs the old values
+    stays,   //!< nothing
+    renews   //!< it makes all anew before it reads it; a sort leaves it out
 };
 
 //! A sidecar with the given members (Cabana::MemberTypes).
@@ -342,10 +445,11 @@ class Sidecar : public SidecarBase
     using aosoa_type = Cabana::AoSoA<Members, MemorySpace>;
 
     //! \param label what the memory is called in a profile
+    //! \param names of the members in a checkpoint; null: numbers below label
     Sidecar( const std::string& label, const std::size_t n,
-             const DuringStep during_step )
-        : _label( label ), _during_step( during_step ), _aosoa( label ),
-          _spare( label ), _arrived( label )
+             const DuringStep during_step, const char* const* names = nullptr )
+        : _label( label ), _during_step( during_step ), _names( names ),
+          _aosoa( label ), _spare( label ), _arrived( label )
     {
         resize( n );
     }
@@ -361,9 +465,10 @@ class Sidecar : public SidecarBase
                     aosoa.setTuple( p, typename aosoa_type::tuple_type{} );
                 } );
     }
-    void permute( const ParticleBins& bins, const bool keep_spare ) override
+    void permute( const ParticleBins& bins, const Scratch& scratch ) override
     {
-        Impl::permute( bins, _aosoa, _spare, keep_spare );
+        if ( _during_step != DuringStep::renews )
+            Impl::permute( bins, _aosoa, scratch );
     }
     void move( const IndexList& from, const IndexList& to,
                const int count ) override
@@ -407,8 +512,10 @@ class Sidecar : public SidecarBase
 #endif
     void checkpoint( Archive& archive, const std::size_t n ) override
     {
-        const Archive::Group group( archive, _label );
-        Impl::checkpointMembers( archive, nullptr, _aosoa );
+        std::optional<Archive::Group> group;
+        if ( !_names )
+            group.emplace( archive, _label );
+        Impl::checkpointMembers( archive, _names, _aosoa );
         if ( _aosoa.size() != n )
             throw ArchiveError( _label + " has another length" );
     }
@@ -431,9 +538,10 @@ class Sidecar : public SidecarBase
   private:
     std::string _label;
     DuringStep _during_step;
+    const char* const* _names;
     bool _keeps = false;
     aosoa_type _aosoa;
-    aosoa_type _spare;   // the other state, or room for a new order
+    aosoa_type _spare;   // the other state
     aosoa_type _arrived; // between send and receive
 };
 
@@ -456,10 +564,13 @@ template <int Dim>
 class Particles
 {
   public:
-    using aosoa_type = Cabana::AoSoA<ParticleMembers<Dim>, MemorySpace>;
+    using aosoa_type = Cabana::AoSoA<AdvancedMembers<Dim>, MemorySpace>;
 
     Particles()
-        : _aosoa( "Machpoint::particles" ), _other( "Machpoint::otherState" )
+        : _aosoa( "Machpoint::particles" ), _other( "Machpoint::otherState" ),
+          _lasting( addSidecar<LastingMembers>( "Machpoint::lastingMembers",
+                                                DuringStep::stays,
+                                                member_names + Mass ) )
     {
     }
 
@@ -479,15 +590,15 @@ class Particles
     template <std::size_t M>
     auto slice() const
     {
-        return Cabana::slice<M>( _reached[M] ? _other : _aosoa );
+        return sliceOf<M>( isAdvanced( M ) && _reached[M] ? _other : _aosoa,
+                           _lasting.data() );
     }
 
     /*!
       \name A step
       Between beginStep and endStep kernels read the old state from slice<M>()
       and write the new one to next<M>(), so that the old one is there to return
-      to. Every member has to be written; carryOver does it for those that the
-      step leaves.
+      to. Every advanced member has to be written; the others have one value.
       @{
     */
     //! \param keeps false: the step overwrites the old state
@@ -503,12 +614,14 @@ class Particles
     template <std::size_t M>
     auto start() const
     {
+        static_assert( isAdvanced( M ) );
         return Cabana::slice<M>( _aosoa );
     }
     //! A member of the new state.
     template <std::size_t M>
     auto next() const
     {
+        static_assert( isAdvanced( M ) );
         return Cabana::slice<M>( _keeps ? _other : _aosoa );
     }
     //! From here on slice<M>() is the new one's.
@@ -547,17 +660,41 @@ class Particles
     }
     //! @}
 
-    //! The AoSoA itself.
-    aosoa_type& data() { return _aosoa; }
-    const aosoa_type& data() const { return _aosoa; }
+    //! Copies all particles to the host.
+    HostParticles<Dim> toHost() const
+    {
+        HostParticles<Dim> host;
+        host.resize( size() );
+        Cabana::deep_copy( host.advanced, _aosoa );
+        Cabana::deep_copy( host.lasting, _lasting.data() );
+        return host;
+    }
+    //! Copies one particle to the host.
+    HostParticles<Dim> toHost( const int p ) const
+    {
+        HostParticles<Dim> host;
+        host.resize( 1 );
+        Cabana::deep_copy( host.advanced, Impl::singleTuple( _aosoa, p ) );
+        Cabana::deep_copy( host.lasting,
+                           Impl::singleTuple( _lasting.data(), p ) );
+        return host;
+    }
+    //! Takes all particles from the host.
+    void fromHost( const HostParticles<Dim>& host )
+    {
+        resize( host.size() );
+        Cabana::deep_copy( _aosoa, host.advanced );
+        Cabana::deep_copy( _lasting.data(), host.lasting );
+    }
 
     //! Creates a sidecar that lives as long as the particles.
     template <class Members>
     Sidecar<Members>& addSidecar( const std::string& label,
-                                  const DuringStep during_step )
+                                  const DuringStep during_step,
+                                  const char* const* names = nullptr )
     {
-        auto sidecar =
-            std::make_unique<Sidecar<Members>>( label, size(), during_step );
+        auto sidecar = std::make_unique<Sidecar<Members>>( label, size(),
+                                                           during_step, names );
         auto& reference = *sidecar;
         _sidecars.push_back( std::move( sidecar ) );
         return reference;
@@ -567,9 +704,14 @@ class Particles
     //! \param keep_spare the memory of the old order, which a step needs too
     void permute( const ParticleBins& bins, const bool keep_spare )
     {
-        Impl::permute( bins, _aosoa, _other, keep_spare );
+        Impl::permute( bins, _aosoa, _other );
+        const Scratch scratch{ _other.data(),
+                               _other.numSoA() *
+                                   sizeof( typename aosoa_type::soa_type ) };
         for ( auto& sidecar : _sidecars )
-            sidecar->permute( bins, keep_spare );
+            sidecar->permute( bins, scratch );
+        if ( !keep_spare )
+            _other = aosoa_type( _other.label() );
     }
 
     //! Appends copies of particles, sidecars included. \param rows [n]
@@ -587,33 +729,47 @@ class Particles
             sidecar->move( rows, copies, count );
     }
 
-    /*!
-      \brief Removes the particles whose id is negative.
-
-      Particles from the end fill the holes, so the cost is that of the few
-      that leave. \param removed how many carry the mark (a boundary counts
-      them as it marks them).
-    */
+    //! Removes the particles whose id is negative. \param removed how many (a
+    //! boundary counts them as it marks them)
     void removeMarked( const int removed )
     {
         if ( removed == 0 )
             return;
-        const int n = size();
-        const int kept = n - removed;
         const auto id = slice<Id>();
-        const auto holes = collect(
-            "Machpoint::findHoles", 0, kept, removed,
+        remove( collect(
+            "Machpoint::findMarked", 0, size(), removed,
             KOKKOS_LAMBDA( const int p ) {
                 prefetchForTest( id, p );
                 return id( p ) < 0;
-            } );
-        const auto movers = collect(
-            "Machpoint::findMovers", kept, n, removed,
-            KOKKOS_LAMBDA( const int p ) { return id( p ) >= 0; } );
-        const int moved = static_cast<int>( holes.extent( 0 ) );
-        Impl::moveTuples( _aosoa, movers, holes, moved );
+            } ) );
+    }
+
+    //! Removes particles; others from the end fill the holes, so the cost is
+    //! that of the few that leave. \param rows ascending, each once
+    void remove( const IndexList& rows )
+    {
+        const int n = size();
+        const auto removed =
+            Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), rows );
+        const int count = static_cast<int>( removed.extent( 0 ) );
+        const int kept = n - count;
+        int moved = 0; // as many stay beyond `kept` as there are holes below
+        while ( moved < count && removed( moved ) < kept )
+            ++moved;
+        IndexList movers( "Machpoint::movers", moved );
+        const auto sources = Kokkos::create_mirror_view( movers );
+        int next = moved; // of those removed, the first at or beyond p
+        for ( int p = kept, k = 0; p < n; ++p )
+        {
+            if ( next < count && removed( next ) == p )
+                ++next;
+            else
+                sources( k++ ) = p;
+        }
+        Kokkos::deep_copy( movers, sources );
+        Impl::moveTuples( _aosoa, movers, rows, moved );
         for ( auto& sidecar : _sidecars )
-            sidecar->move( movers, holes, moved );
+            sidecar->move( movers, rows, moved );
         resize( kept );
     }
 
@@ -633,51 +789,44 @@ class Particles
         const Traffic::Timer timer( Activity::migration );
         const int own = comm.rank();
         const auto x = slice<Position>();
-        const auto id = slice<Id>();
-        int count = 0;
-        if ( static_cast<int>( _ranks.extent( 0 ) ) < n )
-            Kokkos::realloc( Kokkos::WithoutInitializing, _ranks, n + n / 4 );
-        const auto ranks = _ranks;
-        Kokkos::parallel_reduce(
-            "Machpoint::ranksOfParticles", packs( n ),
-            KOKKOS_LAMBDA( const int k, int& sum ) {
+        _leaving.clear( n );
+        const auto leaving = _leaving;
+        Kokkos::parallel_for(
+            "Machpoint::findLeaving", packs( n ), KOKKOS_LAMBDA( const int k ) {
                 const Pack pack = Pack::of( k, n );
-                const auto at_home =
-                    rank_of.isHome( loadVector<Dim>( x, pack ) );
-                const bool all_stay = !any( active( pack ) && !at_home );
-                forEachOf( pack,
-                           [&]( const int p )
-                           {
-                               ranks( p ) =
-                                   all_stay
-                                       ? own
-                                       : rank_of( loadVector<Dim>( x, p ) );
-                               sum += ranks( p ) != own ? 1 : 0;
-                           } );
-            },
-            count );
-        const auto sums = comm.sumCounts( { n, count } );
+                const LaneMask away =
+                    active( pack ) &&
+                    !rank_of.isHome( loadVector<Dim>( x, pack ) );
+                if ( any( away ) )
+                    forEachOf( pack,
+                               [&]( const int p )
+                               {
+                                   if ( rank_of( loadVector<Dim>( x, p ) ) !=
+                                        own )
+                                       leaving.note( p );
+                               } );
+            } );
+        const auto sums = comm.sumCounts( { n, leaving.count() } );
         if ( sums[1] == 0 )
             return sums[0];
+        const auto rows = leaving.rows(
+            n, KOKKOS_LAMBDA( const int p ) {
+                return rank_of( loadVector<Dim>( x, p ) ) != own;
+            } );
+        const int count = static_cast<int>( rows.extent( 0 ) );
         Traffic::own().migrated_particles += count;
         ++Traffic::own().collectives; // of the plan
-        const auto rows = collect(
-            "Machpoint::findLeaving", 0, n, count,
-            KOKKOS_LAMBDA( const int p ) { return ranks( p ) != own; } );
         const IndexList targets( "Machpoint::targetRanks", count );
         Kokkos::parallel_for(
             "Machpoint::targetRanks", Range( 0, count ),
             KOKKOS_LAMBDA( const int k ) {
-                targets( k ) = ranks( rows( k ) );
+                targets( k ) = rank_of( loadVector<Dim>( x, rows( k ) ) );
             } );
         const ParticlePlan plan( comm, targets );
         const auto arrived = Impl::sendTuples( plan, _aosoa, rows );
         for ( auto& sidecar : _sidecars )
             sidecar->send( plan, rows );
-        Kokkos::parallel_for(
-            "Machpoint::markLeaving", Range( 0, count ),
-            KOKKOS_LAMBDA( const int k ) { id( rows( k ) ) = -1; } );
-        removeMarked( count );
+        remove( rows );
         const int kept = size();
         resize( kept + arrived.size() );
         Impl::appendTuples( _aosoa, arrived, kept );
@@ -716,9 +865,10 @@ class Particles
     aosoa_type _aosoa;
     aosoa_type _other; // the state before a step, or the one after it
     bool _keeps = false;
-    Kokkos::Array<bool, ParticleMembers<Dim>::size> _reached{};
-    IndexList _ranks; // scratch of migrate, [>= size]
+    Kokkos::Array<bool, AdvancedMembers<Dim>::size> _reached{};
+    RowList _leaving; // scratch of migrate
     std::vector<std::unique_ptr<SidecarBase>> _sidecars;
+    Sidecar<LastingMembers>& _lasting; // the first sidecar
 };
 
 //! Position of particle p, [Dim], from a position (or velocity) slice.

@@ -142,6 +142,16 @@ constexpr int placesAlong( const int axis )
     return bits;
 }
 
+//! Has any term a slope?
+template <class Terms>
+constexpr bool anyAffine()
+{
+    for ( int t = 0; t < Terms::count; ++t )
+        if ( Terms::isAffine( t ) )
+            return true;
+    return false;
+}
+
 //! Calls visit with the constants 0 to N - 1.
 template <int N, class Visitor>
 KOKKOS_FORCEINLINE_FUNCTION void forEachConstant( const Visitor& visit )
@@ -171,6 +181,7 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
     using Row = typename ColumnRow<Width>::Row;
     constexpr int n = Basis::nodes;
     constexpr int first = Terms::column( 0 );
+    constexpr bool grows = anyAffine<Terms>();
     // Of each particle: terms at the first node, and from there to the next.
     Lanes values[Terms::count], steps[Terms::count][Dim];
     for ( int t = 0; t < Terms::count; ++t )
@@ -217,9 +228,12 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
             if constexpr ( Dim > 2 )
             {
                 plane *= w[2][k];
-                step_x *= w[2][k];
-                step_y *= w[2][k];
-                value += step[2];
+                if constexpr ( grows )
+                {
+                    step_x *= w[2][k];
+                    step_y *= w[2][k];
+                    value += step[2];
+                }
                 row = k * layout.stride[2];
             }
             for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
@@ -229,8 +243,11 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
                 if constexpr ( Dim > 1 )
                 {
                     term *= w[1][j];
-                    step_on *= w[1][j];
-                    plane += step_y;
+                    if constexpr ( grows )
+                    {
+                        step_on *= w[1][j];
+                        plane += step_y;
+                    }
                 }
                 Real* const line =
                     base + static_cast<std::ptrdiff_t>( row ) * nodes.columns;
@@ -241,7 +258,8 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
                     std::memcpy( &sum, node, sizeof( Row ) );
                     sum += term * w[0][i];
                     std::memcpy( node, &sum, sizeof( Row ) );
-                    term += step_on;
+                    if constexpr ( grows )
+                        term += step_on;
                 }
                 if constexpr ( Dim > 1 )
                     row += layout.stride[1];

@@ -82,15 +82,14 @@ Totals sumParticles( const State<Dim>& state )
 template <int Dim>
 ParticleData copyParticles( const State<Dim>& state )
 {
-    const auto host = Cabana::create_mirror_view_and_copy(
-        Kokkos::HostSpace(), state.particles.data() );
-    const auto x = Cabana::slice<Position>( host );
-    const auto v = Cabana::slice<Velocity>( host );
-    const auto m = Cabana::slice<Mass>( host );
-    const auto V = Cabana::slice<Volume>( host );
-    const auto e = Cabana::slice<SpecificInternalEnergy>( host );
-    const auto pressure = Cabana::slice<Pressure>( host );
-    const auto id = Cabana::slice<Id>( host );
+    const auto host = state.particles.toHost();
+    const auto x = host.template slice<Position>();
+    const auto v = host.template slice<Velocity>();
+    const auto m = host.template slice<Mass>();
+    const auto V = host.template slice<Volume>();
+    const auto e = host.template slice<SpecificInternalEnergy>();
+    const auto pressure = host.template slice<Pressure>();
+    const auto id = host.template slice<Id>();
     const std::size_t n = host.size();
     ParticleData data;
     data.position.resize( n * Dim );

@@ -215,17 +215,17 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
     const auto& box = state.layout.box;
     const std::size_t places =
         static_cast<std::size_t>( box.totalCells() ) * state.per_cell;
-    Cabana::AoSoA<ParticleMembers<Dim>, Kokkos::HostSpace> host(
-        "Machpoint::hostParticles", places );
-    auto x = Cabana::slice<Position>( host );
-    auto v = Cabana::slice<Velocity>( host );
-    auto L = Cabana::slice<VelocityGradient>( host );
-    auto m = Cabana::slice<Mass>( host );
-    auto V = Cabana::slice<Volume>( host );
-    auto e = Cabana::slice<SpecificInternalEnergy>( host );
-    auto pressure = Cabana::slice<Pressure>( host );
-    auto sound_speed = Cabana::slice<SoundSpeed>( host );
-    auto id = Cabana::slice<Id>( host );
+    HostParticles<Dim> host;
+    host.resize( places );
+    auto x = host.template slice<Position>();
+    auto v = host.template slice<Velocity>();
+    auto L = host.template slice<VelocityGradient>();
+    auto m = host.template slice<Mass>();
+    auto V = host.template slice<Volume>();
+    auto e = host.template slice<SpecificInternalEnergy>();
+    auto pressure = host.template slice<Pressure>();
+    auto sound_speed = host.template slice<SoundSpeed>();
+    auto id = host.template slice<Id>();
     std::size_t p = 0;
     for ( int own_cell = 0; own_cell < box.totalCells(); ++own_cell )
     {
@@ -278,8 +278,7 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
             { "/initial: no particle finds room: obstacles and regions leave "
               "no gas in the domain; shrink the obstacle or widen a region" } );
     host.resize( p );
-    state.particles.resize( p );
-    Cabana::deep_copy( state.particles.data(), host );
+    state.particles.fromHost( host );
 }
 
 //! This rank's nodes; images of particles may lie in other ranks' boxes.

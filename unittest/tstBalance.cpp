@@ -187,12 +187,11 @@ TEST( CountLoads, particlesAndCells )
         { 0.5, -0.5 }, { 0.5, 2.5 }, { 0.6, 2.9 }, { 5.9, 0.1 }, { 6, 3 } };
     Particles<2> particles;
     particles.resize( places.size() );
-    auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
-                                                     particles.data() );
+    auto host = particles.toHost();
     for ( std::size_t p = 0; p < places.size(); ++p )
         for ( int d = 0; d < 2; ++d )
-            Cabana::slice<Position>( host )( p, d ) = places[p][d];
-    Cabana::deep_copy( particles.data(), host );
+            host.slice<Position>()( p, d ) = places[p][d];
+    particles.fromHost( host );
     const Communicator comm;
     const Cuts<2> cuts = { std::vector{ 0, 2, 6 }, std::vector{ 0, 3, 4 } };
     // Along x: 3 cells of a layer below y = 2, 1 above.

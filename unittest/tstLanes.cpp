@@ -258,17 +258,17 @@ TEST( Lanes, readNodes )
     }
 }
 
-//! Columns 0 to K - 1 of the node at the floor of y, by packs: of particle p
-//! the number of wrong ones. [n]
+//! K columns of the node at the floor of y from the first on, by packs: of
+//! particle p the number of wrong ones. [n]
 template <std::size_t K>
-Kokkos::View<int*, Kokkos::HostSpace> wrongColumns()
+Kokkos::View<int*, Kokkos::HostSpace> wrongColumns( const int first )
 {
     AoSoA numbers = makeNumbers();
     const auto y = Cabana::slice<1>( numbers );
-    const NodeView field( "field", n, K + 1 );
+    const NodeView field( "field", n, first + K + 1 );
     Kokkos::parallel_for(
         "nodes", Range( 0, n ), KOKKOS_LAMBDA( const int i ) {
-            for ( std::size_t c = 0; c <= K; ++c )
+            for ( std::size_t c = 0; c <= first + K; ++c )
                 field( i, c ) = 100 * i + static_cast<Real>( c );
         } );
     const IndexList wrong( "wrong", n );
@@ -278,12 +278,13 @@ Kokkos::View<int*, Kokkos::HostSpace> wrongColumns()
             const Lanes node = Kokkos::floor(
                 clip( load( y, p ), Lanes( 0.0 ), Lanes( n - 2.0 ) ) );
             Lanes values[K];
-            loadRow( field, rowAt( toBases( node ), 1 ), values );
+            loadRow( field, rowAt( toBases( node ), 1 ), values, first );
             for ( std::size_t c = 0; c < K; ++c )
                 for ( int l = 0; l < p.count; ++l )
                     wrong( p.first + l ) +=
-                        lane( values[c], l ) != 100 * ( lane( node, l ) + 1 ) +
-                                                    static_cast<Real>( c )
+                        lane( values[c], l ) !=
+                                100 * ( lane( node, l ) + 1 ) +
+                                    static_cast<Real>( first + c )
                             ? 1
                             : 0;
         } );
@@ -293,16 +294,23 @@ Kokkos::View<int*, Kokkos::HostSpace> wrongColumns()
 template <std::size_t K>
 void checkRows()
 {
-    const auto wrong = wrongColumns<K>();
-    for ( int p = 0; p < n; ++p )
-        EXPECT_EQ( wrong( p ), 0 ) << K << " columns, particle " << p;
+    for ( const int first : { 0, 4, 7 } )
+    {
+        const auto wrong = wrongColumns<K>( first );
+        for ( int p = 0; p < n; ++p )
+            EXPECT_EQ( wrong( p ), 0 )
+                << K << " columns from " << first << ", particle " << p;
+    }
 }
 
 TEST( Lanes, readRowsOfNodes )
 {
     checkRows<1>();
+    checkRows<2>();
+    checkRows<3>();
     checkRows<4>();
     checkRows<5>();
+    checkRows<7>();
     checkRows<8>();
 }
 

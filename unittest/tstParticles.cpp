@@ -33,12 +33,11 @@ void number( Particles<2>& particles, Sidecar<Label>& sidecar, const int n )
 std::vector<std::int64_t> ids( const Particles<2>& particles,
                                Sidecar<Label>& sidecar )
 {
-    const auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
-                                                           particles.data() );
+    const auto host = particles.toHost();
     const auto labels = Cabana::create_mirror_view_and_copy(
         Kokkos::HostSpace(), sidecar.data() );
-    const auto id = Cabana::slice<Id>( host );
-    const auto mass = Cabana::slice<Mass>( host );
+    const auto id = host.slice<Id>();
+    const auto mass = host.slice<Mass>();
     const auto label = Cabana::slice<0>( labels );
     std::vector<std::int64_t> list;
     for ( std::size_t p = 0; p < host.size(); ++p )
@@ -51,6 +50,29 @@ std::vector<std::int64_t> ids( const Particles<2>& particles,
 }
 
 // Kernels stand in free functions: nvcc takes none from a test's body.
+
+//! Writes n numbers to member M of a sidecar.
+template <std::size_t M, class Members>
+void numberSidecar( Sidecar<Members>& sidecar, const int n )
+{
+    const auto label = Cabana::slice<M>( sidecar.data() );
+    Kokkos::parallel_for(
+        "numberSidecar", Range( 0, n ),
+        KOKKOS_LAMBDA( const int p ) { label( p ) = p; } );
+}
+
+//! Member M of a sidecar, whole numbers.
+template <std::size_t M, class Members>
+std::vector<std::int64_t> labels( Sidecar<Members>& sidecar )
+{
+    const auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                           sidecar.data() );
+    const auto label = Cabana::slice<M>( host );
+    std::vector<std::int64_t> list;
+    for ( std::size_t p = 0; p < host.size(); ++p )
+        list.push_back( label( p ) );
+    return list;
+}
 
 //! Marks every stride-th particle for removal. \return how many
 int mark( const Particles<2>& particles, const int stride )
@@ -178,13 +200,30 @@ TEST( Particles, sortingCarriesSidecarsAlong )
     Particles<2> particles;
     auto& sidecar =
         particles.addSidecar<Label>( "labels", DuringStep::changes );
+    // Fits into the memory of the other state; does not; need not come along.
+    auto& small = particles.addSidecar<Label>( "small", DuringStep::stays );
+    auto& large =
+        particles.addSidecar<Cabana::MemberTypes<Real[20], std::int64_t>>(
+            "large", DuringStep::stays );
+    auto& rates = particles.addSidecar<Label>( "rates", DuringStep::renews );
     const int n = 500;
-    number( particles, sidecar, n );
-    particles.permute( Cabana::binByKey( fallingKeys( n ), ( n - 1 ) / 7 + 1 ),
-                       true );
-    const auto order = ids( particles, sidecar );
-    for ( int p = 1; p < n; ++p )
-        EXPECT_LE( ( n - 1 - order[p - 1] ) / 7, ( n - 1 - order[p] ) / 7 );
+    for ( const bool keep_spare : { true, false } )
+    {
+        number( particles, sidecar, n );
+        numberSidecar<0>( small, n );
+        numberSidecar<1>( large, n );
+        numberSidecar<0>( rates, n );
+        particles.permute(
+            Cabana::binByKey( fallingKeys( n ), ( n - 1 ) / 7 + 1 ),
+            keep_spare );
+        const auto order = ids( particles, sidecar );
+        for ( int p = 1; p < n; ++p )
+            EXPECT_LE( ( n - 1 - order[p - 1] ) / 7, ( n - 1 - order[p] ) / 7 );
+        EXPECT_EQ( labels<0>( small ), order );
+        EXPECT_EQ( labels<1>( large ), order );
+        for ( int p = 0; p < n; ++p )
+            EXPECT_EQ( labels<0>( rates )[p], p );
+    }
 }
 
 TEST( Particles, newSidecarEntriesAreZero )

@@ -264,40 +264,38 @@ void expectAllHome( const bool even )
         return Vector<2>{ -1 + 3 * uniformRandom( 7, id, 0 ),
                           uniformRandom( 7, id, 1 ) };
     };
-    auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
-                                                     particles.data() );
+    auto host = particles.toHost();
     auto side = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
                                                      sidecar.data() );
     for ( int p = 0; p < n; ++p )
     {
         const auto x = place( first + p );
-        Cabana::slice<Id>( host )( p ) = first + p;
-        Cabana::slice<Mass>( host )( p ) = 3.0 * ( first + p );
-        Cabana::slice<Position>( host )( p, 0 ) = x[0];
-        Cabana::slice<Position>( host )( p, 1 ) = x[1];
+        host.slice<Id>()( p ) = first + p;
+        host.slice<Mass>()( p ) = 3.0 * ( first + p );
+        host.slice<Position>()( p, 0 ) = x[0];
+        host.slice<Position>()( p, 1 ) = x[1];
         Cabana::slice<0>( side )( p, 2 ) = 5.0 * ( first + p );
         Cabana::slice<1>( side )( p ) = first + p;
     }
-    Cabana::deep_copy( particles.data(), host );
+    particles.fromHost( host );
     Cabana::deep_copy( sidecar.data(), side );
 
     particles.migrate( comm, decomposition.finder( grid ) );
 
     const int found = particles.size();
-    const auto after = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
-                                                            particles.data() );
+    const auto after = particles.toHost();
     const auto side_after = Cabana::create_mirror_view_and_copy(
         Kokkos::HostSpace(), sidecar.data() );
     ASSERT_EQ( static_cast<int>( sidecar.data().size() ), found );
     std::vector<std::int64_t> ids;
     for ( int p = 0; p < found; ++p )
     {
-        const auto id = Cabana::slice<Id>( after )( p );
+        const auto id = after.slice<Id>()( p );
         ids.push_back( id );
         const auto x = place( id );
-        EXPECT_EQ( Cabana::slice<Position>( after )( p, 0 ), x[0] );
-        EXPECT_EQ( Cabana::slice<Position>( after )( p, 1 ), x[1] );
-        EXPECT_EQ( Cabana::slice<Mass>( after )( p ), 3.0 * id );
+        EXPECT_EQ( after.slice<Position>()( p, 0 ), x[0] );
+        EXPECT_EQ( after.slice<Position>()( p, 1 ), x[1] );
+        EXPECT_EQ( after.slice<Mass>()( p ), 3.0 * id );
         EXPECT_EQ( Cabana::slice<0>( side_after )( p, 2 ), 5.0 * id );
         EXPECT_EQ( Cabana::slice<1>( side_after )( p ), id );
         EXPECT_EQ( rankOf( decomposition, grid, x ), comm.rank() );
@@ -327,15 +325,15 @@ TEST( Migration, emptyRanks )
     const Grid<1> grid( { 0 }, { 1 }, { 8 } );
     const Decomposition<1> decomposition( comm, { 8 }, { comm.size() } );
     const int n = comm.isRoot() ? 3 : 0;
-    Cabana::AoSoA<ParticleMembers<1>, Kokkos::HostSpace> host( "host", n );
+    HostParticles<1> host;
+    host.resize( n );
     for ( int p = 0; p < n; ++p )
     {
-        Cabana::slice<Position>( host )( p, 0 ) = 0;
-        Cabana::slice<Id>( host )( p ) = p;
+        host.slice<Position>()( p, 0 ) = 0;
+        host.slice<Id>()( p ) = p;
     }
     Particles<1> particles;
-    particles.resize( n );
-    Cabana::deep_copy( particles.data(), host );
+    particles.fromHost( host );
     particles.migrate( comm, decomposition.finder( grid ) );
     EXPECT_EQ( particles.size(), n );
 }
@@ -400,14 +398,13 @@ template <class Positions>
 void place( Particles<1>& particles, const int n, const Positions& positions )
 {
     particles.resize( n );
-    auto host = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
-                                                     particles.data() );
+    auto host = particles.toHost();
     for ( int p = 0; p < n; ++p )
     {
-        Cabana::slice<Position>( host )( p, 0 ) = positions( p );
-        Cabana::slice<Id>( host )( p ) = p; // a negative one marks a hole
+        host.slice<Position>()( p, 0 ) = positions( p );
+        host.slice<Id>()( p ) = p; // a negative one marks a hole
     }
-    Cabana::deep_copy( particles.data(), host );
+    particles.fromHost( host );
 }
 
 // Every rank counts the particles of all.

@@ -191,9 +191,11 @@ TYPED_TEST( Transfer, affineMomentumReproducesLinearVelocity )
 template <class Terms, class Basis, int Dim>
 struct SomeTerms
 {
-    using AoSoA = typename Particles<Dim>::aosoa_type;
-    typename AoSoA::template member_slice_type<Position> x;
-    typename AoSoA::template member_slice_type<Mass> m;
+    template <std::size_t M>
+    using SliceOf =
+        decltype( std::declval<Particles<Dim>>().template slice<M>() );
+    SliceOf<Position> x;
+    SliceOf<Mass> m;
     Grid<Dim> grid;
     NodeLayout<Dim> layout;
 

@@ -150,15 +150,9 @@ Sample advance( Simulation& simulation, const int steps, Traffic& traffic )
 
 int particleBytes( const int dim )
 {
-    auto of = []<int Dim>( std::integral_constant<int, Dim> )
-    {
-        using type = typename Particles<Dim>::aosoa_type;
-        return static_cast<int>( sizeof( typename type::soa_type ) /
-                                 type::vector_length );
-    };
-    return dim == 1   ? of( std::integral_constant<int, 1>{} )
-           : dim == 2 ? of( std::integral_constant<int, 2>{} )
-                      : of( std::integral_constant<int, 3>{} );
+    return static_cast<int>( dim == 1   ? particle_bytes<1>
+                             : dim == 2 ? particle_bytes<2>
+                                        : particle_bytes<3> );
 }
 
 } // namespace

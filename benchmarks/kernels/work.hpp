@@ -87,45 +87,46 @@ class WorkOfStep
     }
 
     //! `conservative`: x, C, m, V, p, c, and four rates written; on nodes
-    //! theta, v, three fields on faces, their pressure, force and blend.
+    //! theta, v, 1/den, four fields on faces, their pressure, force and blend.
     Work stress() const
     {
         if ( !is_conservative )
             return {};
         const bool blends = s.dim > 1;
-        const Real on_nodes = D * ( 2 + 2 + 9 + 5 ) + 3;
-        return work( D + D * D + 4 + 4, 7 * D + ( blends ? 2 : 1 ),
-                     stencil() + 11 * faces +
+        const Real on_nodes = D * ( 2 + 3 + 9 + 5 ) + 3;
+        return work( D + D * D + 4 + 4, 9 * D + ( blends ? 2 : 1 ),
+                     stencil() + 13 * faces +
                          ( blends ? 3 * stencil_nodes + 5 : 0 ) +
                          1.5 * D * ( D - 1 ) + 10,
                      on_nodes );
     }
 
-    //! All columns read and written: the new state stands beside the old one.
-    //! `paper` needs no C, reads the new v again, and writes and reads a second
-    //! velocity on nodes; `conservative` reads beta, theta and two fields on
-    //! faces, of which it writes one, and with `midpoint` where the particle
-    //! started and the expansion that it remembers.
+    //! x, v, C, V, e, m and p read; the first five written, as the new state
+    //! stands beside the old one. `paper` needs no C, reads the new v again,
+    //! and writes and reads a second velocity on nodes; `conservative` reads c,
+    //! beta, theta and 1/den and writes two fields on faces, and with
+    //! `midpoint` reads where the particle started and the expansion that it
+    //! remembers, and writes what it will.
     Work gridToParticles() const
     {
         const Real N = stencil_nodes;
-        const Real written = 2 * D + D * D + 6;
+        const Real written = 2 * D + D * D + 2;
         if ( is_paper )
             return work(
-                3 * D + 6 + written, 2 * D + 2 * D,
+                3 * D + 4 + written, 2 * D + 2 * D,
                 3 * stencil() +
                     N * ( 1 + 3 * D + 2 + 2 * D + 1 + 3 * D + 2 * D * D ) +
                     4 * D + 8,
                 D );
         const Real tail = 4 * D + 5 * D * D + 12;
         if ( is_conservative )
-            return work( 2 * D + D * D + 6 + written +
+            return work( 2 * D + D * D + 5 + written +
                              ( s.midpoint ? 2 * D + 2 : 0 ),
-                         2 * D + 1 + D + 2 * D + D,
-                         stencil() + N * ( 4 + D * ( 16 + 4 * D ) ) +
+                         2 * D + 1 + D + D + 2 * D,
+                         stencil() + N * ( 4 + D * ( 13 + 4 * D ) ) +
                              8 * faces + tail + 20,
-                         6 * D );
-        return work( 2 * D + D * D + 6 + written, 2 * D,
+                         7 * D );
+        return work( 2 * D + D * D + 4 + written, 2 * D,
                      stencil() + N * ( 1 + 2 * D * D + D * ( 14 + 2 * D ) ) +
                          tail );
     }
@@ -136,11 +137,13 @@ class WorkOfStep
     //! v, m, V, e read; p, c written, and the gas surveyed.
     Work equationOfState() const { return work( D + 5, 0, 2 * D + 12 ); }
 
-    //! All columns read and written, with keys and their order (three whole
-    //! numbers), every few steps.
+    //! All columns but the rates read and written, those that have no second
+    //! state twice, with keys and their order (three whole numbers), every few
+    //! steps.
     Work sort() const
     {
-        auto all = work( 2 * columns() + D + 1.5, 0, 3 * D );
+        const Real advanced = 2 * D + D * D + 2;
+        auto all = work( 4 * columns() - 2 * advanced + D + 1.5, 0, 3 * D );
         all.bytes /= s.sort_every;
         all.flops /= s.sort_every;
         return all;
@@ -167,12 +170,12 @@ class WorkOfStep
         return D * ( 3 + weights[k] + gradients[k] + 3 * s.nodes );
     }
 
-    //! Columns of a particle, sidecars included: rates, and what splitting and
-    //! the integrator midpoint remember.
+    //! Columns of a particle, and what splitting and the integrator midpoint
+    //! remember.
     Real columns() const
     {
         const Real sidecars =
-            is_conservative ? 5 + D + 1 + ( s.midpoint ? D + 1 : 0 ) : 0;
+            is_conservative ? D + 1 + ( s.midpoint ? D + 1 : 0 ) : 0;
         return s.particle_bytes / column + sidecars;
     }
 

@@ -4,8 +4,9 @@
   nodes (docs/conservative.md, sections 2 to 4).
 
   Column layout. moments: mass, momentum [Dim], force [Dim], theta [Dim].
-  faces: 1/den [Dim], velocity difference [Dim], limiter 1 - psi [Dim]; for
-  G2P the differences of the mean velocity are normalised by den.
+  inverse filling: 1/den [Dim].
+  faces: what particles gather together, side by side, for each axis: before the
+  force FaceRate, before G2P FaceMotion.
   stress: pressure on faces [Dim], and the sum of m times the blend.
   velocities: v [Dim], v' [Dim], beta.
 */
@@ -30,13 +31,30 @@ NodeComponents<Dim> faceComponents()
 namespace Impl
 {
 
-//! 1/den, differences and limiter: three fields on faces
-template <int Dim>
-NodeComponents<3 * Dim> allFaceComponents()
+//! Columns of a face's axis: d, the velocity difference over h.
+enum FaceRate : int
 {
-    NodeComponents<3 * Dim> list{};
-    for ( int c = 0; c < 3 * Dim; ++c )
-        list[c] = faceComponents<Dim>()[c % Dim];
+    Difference, //!< d, 1/time
+    Normalised, //!< d / den, 1/time
+    Closing,    //!< max(-d, 0), 1/time
+    Rough,      //!< (1 - psi) max(-d, 0), 1/time
+    face_columns
+};
+
+//! The same columns for G2P.
+enum FaceMotion : int
+{
+    MeanNormalised, //!< d / den of the mean of v and v', 1/time
+    Excess          //!< theta - 1
+};
+
+//! The columns of all axes.
+template <int Dim>
+NodeComponents<face_columns * Dim> allFaceComponents()
+{
+    NodeComponents<face_columns * Dim> list{};
+    for ( int c = 0; c < face_columns * Dim; ++c )
+        list[c] = faceComponents<Dim>()[c / face_columns];
     return list;
 }
 
@@ -183,13 +201,14 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
 }
 
 /*!
-  \brief On every face, 1/den with den = max(theta, least filling), and velocity
-  differences d^a_f = (v_(i+1) - v_i)_a / h_a, 1/time, where it has two nodes.
-  \param[out] faces columns 0 to 2 Dim - 1
+  \brief d and d / den on every face that has two nodes, with
+  den = max(theta, least filling).
+  \param[out] faces Difference and Normalised
+  \param[out] inverse_filling 1/den
 */
 template <int Dim>
 void measureFaces( const State<Dim>& state, const NodeView& faces,
-                   const Real least_filling )
+                   const NodeView& inverse_filling, const Real least_filling )
 {
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
@@ -201,24 +220,65 @@ void measureFaces( const State<Dim>& state, const NodeView& faces,
             for ( int a = 0; a < Dim; ++a )
             {
                 const int next = i + layout.stride[a];
-                faces( i, a ) = 1 / Kokkos::max( moments( i, 1 + 2 * Dim + a ),
-                                                 least_filling );
-                faces( i, Dim + a ) =
+                const int face = face_columns * a;
+                const Real d =
                     next < layout.total
                         ? ( velocities( next, a ) - velocities( i, a ) ) *
                               inverse[a]
                         : 0.0;
+                const Real scale =
+                    1 /
+                    Kokkos::max( moments( i, 1 + 2 * Dim + a ), least_filling );
+                inverse_filling( i, a ) = scale;
+                faces( i, face + Difference ) = d;
+                faces( i, face + Normalised ) = d * scale;
             }
         } );
 }
 
 /*!
-  \brief Differences of the mean of v and v' over den, in the place of those of
-  v.
+  \brief How far from smooth the compression is, with psi Christensen's
+  monotonic limiter (1990) of neighbouring differences along the face's axis:
+  1 where the velocity is linear, 0 at a jump.
+
+  psi = max(0, min((l + r)/2, 1, 2 l, 2 r)) of the ratios l and r of the two
+  neighbours' d to the face's; times max(-d, 0) it needs no ratio.
+  \param[in,out] faces Closing and Rough of Difference
 */
 template <int Dim>
-void differenceMeanVelocity( const State<Dim>& state, const NodeView& faces )
+void limitFaces( const State<Dim>& state, const NodeView& faces )
 {
+    const auto layout = state.layout;
+    Kokkos::parallel_for(
+        "Machpoint::limitFaces", Range( 0, layout.total ),
+        KOKKOS_LAMBDA( const int i ) {
+            for ( int a = 0; a < Dim; ++a )
+            {
+                const int stride = layout.stride[a];
+                const int face = face_columns * a;
+                const Real closing =
+                    Kokkos::max( -faces( i, face + Difference ), 0.0 );
+                Real smooth = closing;
+                if ( i >= stride && i + stride < layout.total )
+                {
+                    const Real left = -faces( i - stride, face + Difference );
+                    const Real right = -faces( i + stride, face + Difference );
+                    smooth = Kokkos::min(
+                        Kokkos::min( 0.5 * ( left + right ), closing ),
+                        2 * Kokkos::min( left, right ) );
+                }
+                faces( i, face + Closing ) = closing;
+                faces( i, face + Rough ) = closing - Kokkos::max( smooth, 0.0 );
+            }
+        } );
+}
+
+//! FaceMotion on every face, in the place of FaceRate.
+template <int Dim>
+void differenceMeanVelocity( const State<Dim>& state, const NodeView& faces,
+                             const NodeView& inverse_filling )
+{
+    const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
     const auto layout = state.layout;
     const auto inverse = state.grid.inverse;
@@ -232,44 +292,13 @@ void differenceMeanVelocity( const State<Dim>& state, const NodeView& faces )
             for ( int a = 0; a < Dim; ++a )
             {
                 const int next = i + layout.stride[a];
-                faces( i, Dim + a ) =
+                const int face = face_columns * a;
+                faces( i, face + MeanNormalised ) =
                     next < layout.total
-                        ? faces( i, a ) * ( mean( next, a ) - mean( i, a ) ) *
-                              inverse[a]
+                        ? inverse_filling( i, a ) *
+                              ( mean( next, a ) - mean( i, a ) ) * inverse[a]
                         : 0.0;
-            }
-        } );
-}
-
-/*!
-  \brief 1 - psi on faces, where psi is Christensen's monotonic limiter (1990)
-  of neighbouring velocity differences along the face's axis: 1 where the
-  velocity is linear, 0 at a jump.
-*/
-template <int Dim>
-void limitFaces( const State<Dim>& state, const NodeView& faces )
-{
-    const auto layout = state.layout;
-    const Real least = 1e-100; // 1/time; ratios to less would overflow
-    Kokkos::parallel_for(
-        "Machpoint::limitFaces", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
-            for ( int a = 0; a < Dim; ++a )
-            {
-                const int stride = layout.stride[a];
-                Real psi = 1;
-                const Real d = faces( i, Dim + a );
-                if ( i >= stride && i + stride < layout.total &&
-                     Kokkos::abs( d ) > least )
-                {
-                    const Real inverse = 1 / d;
-                    const Real left = faces( i - stride, Dim + a ) * inverse;
-                    const Real right = faces( i + stride, Dim + a ) * inverse;
-                    psi =
-                        Kokkos::min( Kokkos::min( 0.5 * ( left + right ), 1.0 ),
-                                     2 * Kokkos::min( left, right ) );
-                }
-                faces( i, 2 * Dim + a ) = 1 - Kokkos::max( psi, 0.0 );
+                faces( i, face + Excess ) = moments( i, 1 + 2 * Dim + a ) - 1;
             }
         } );
 }
@@ -314,14 +343,14 @@ void gatherRates( const State<Dim>& state, const NodeView& faces,
                 s, HalfwayWeights<Basis, Dim, Lanes>( grid, s ), layout,
                 [&]( const auto& f ) MACHPOINT_INLINE
                 {
-                    const Lanes d = f.weight * at( faces, f.row, Dim + f.axis );
-                    D += d;
-                    normalised += d * at( faces, f.row, f.axis );
-                    if ( Limited )
+                    Lanes face[Limited ? Rough + 1 : Normalised + 1];
+                    loadRow( faces, f.row, face, face_columns * f.axis );
+                    D += f.weight * face[Difference];
+                    normalised += f.weight * face[Normalised];
+                    if constexpr ( Limited )
                     {
-                        const Lanes closing = Kokkos::max( -d, zero );
-                        compression += closing;
-                        rough += closing * at( faces, f.row, 2 * Dim + f.axis );
+                        compression += f.weight * face[Closing];
+                        rough += f.weight * face[Rough];
                     }
                 } );
             Lanes phi( 1.0 );
@@ -445,7 +474,7 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
   \param blends has the stress a sum of the blend?
 */
 template <int Dim>
-void pressureForce( const State<Dim>& state, const NodeView& faces,
+void pressureForce( const State<Dim>& state, const NodeView& inverse_filling,
                     const NodeView& stress, const bool blends,
                     const Real blend )
 {
@@ -457,8 +486,10 @@ void pressureForce( const State<Dim>& state, const NodeView& faces,
     Kokkos::parallel_for(
         "Machpoint::pressureForce", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {
-            auto pressure = [&]( const int row, const int a )
-            { return row < 0 ? 0.0 : stress( row, a ) * faces( row, a ); };
+            auto pressure = [&]( const int row, const int a ) {
+                return row < 0 ? 0.0
+                               : stress( row, a ) * inverse_filling( row, a );
+            };
             for ( int a = 0; a < Dim; ++a )
                 moments( i, 1 + Dim + a ) +=
                     cell_volume / spacing[a] *

@@ -35,15 +35,15 @@ struct Gathered
     VectorOf<Dim, Number> crowding{}; //!< h times the gradient of theta
 
     /*!
-      phi_i = u_i + beta_i (v_i - u_i) + v'_i - v_i, u_i = v + C (x_i - x).
+      phi_i = u_i + beta_i (v_i - u_i) + v'_i - v_i
+            = v'_i - (1 - beta_i) (v_i - u_i), u_i = v + C (x_i - x).
       \tparam Rearranges are filling and crowding asked for?
     */
     template <bool Rearranges>
     KOKKOS_FORCEINLINE_FUNCTION void
     gather( const Grid<Dim>& grid, const NodeLayout<Dim>& layout,
-            const Stencil<Basis, Dim, Number>& s, const NodeView& moments,
-            const NodeView& velocities, const NodeView& faces,
-            const VectorOf<Dim, Number>& v,
+            const Stencil<Basis, Dim, Number>& s, const NodeView& velocities,
+            const NodeView& faces, const VectorOf<Dim, Number>& v,
             const VectorOf<Dim, Number> ( &C )[Dim] )
     {
         forEachNode( s, layout,
@@ -51,42 +51,40 @@ struct Gathered
                      {
                          Number node[2 * Dim + 1]; // v, v' and beta
                          loadRow( velocities, i.row, node );
-                         const Number& beta = node[2 * Dim];
+                         const Number own = 1 - node[2 * Dim]; // 1 - beta
                          const Number w = i.weight;
-                         const Number mixed = w * beta * ( 2 - beta );
+                         const Number mixed = w * ( 1 - own * own );
                          for ( int a = 0; a < Dim; ++a )
                          {
-                             const Number& v_i = node[a];
-                             const Number kick = node[Dim + a] - v_i;
-                             const Number shear =
-                                 dot<Dim>( C[a], i.dx ); // u - v
-                             const Number past = v_i - v[a];
-                             const Number lag = past - shear; // v_i - u
-                             const Number step = shear + beta * lag + kick;
+                             Number lag = node[a] - v[a]; // v_i - u
+                             for ( int b = 0; b < Dim; ++b )
+                                 lag -= C[a][b] * i.dx[b];
+                             const Number future = node[Dim + a] - v[a];
+                             const Number step = future - own * lag;
                              const Number w_step = w * step;
                              change[a] += w_step;
                              squares += w_step * step;
                              mixing += mixed * lag * lag;
-                             ahead[a] += w * ( past + kick );
+                             ahead[a] += w * future;
                              for ( int b = 0; b < Dim; ++b )
                                  fit[a][b] += Basis::constant_moment
                                                   ? w_step * i.dx[b]
                                                   : step * i.gradient[b];
                          }
                      } );
-        forEachFace( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
-                     [&]( const auto& f ) MACHPOINT_INLINE
-                     {
-                         expansion +=
-                             f.weight * at( faces, f.row, Dim + f.axis );
-                         if ( Rearranges )
-                         {
-                             const Number excess =
-                                 at( moments, f.row, 1 + 2 * Dim + f.axis ) - 1;
-                             filling += f.weight * excess;
-                             crowding[f.axis] += f.slope * excess;
-                         }
-                     } );
+        forEachFace(
+            s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
+            [&]( const auto& f ) MACHPOINT_INLINE
+            {
+                Number face[Rearranges ? Excess + 1 : MeanNormalised + 1];
+                loadRow( faces, f.row, face, face_columns * f.axis );
+                expansion += f.weight * face[MeanNormalised];
+                if constexpr ( Rearranges )
+                {
+                    filling += f.weight * face[Excess];
+                    crowding[f.axis] += f.slope * face[Excess];
+                }
+            } );
         for ( int a = 0; a < Dim; ++a )
         {
             ahead[a] += v[a];
@@ -164,9 +162,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto next_C = state.particles.template next<VelocityGradient>();
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
-    const auto carry = carryOver( state.particles );
     const auto note = watch( state );
-    const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -188,8 +184,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             loadMatrix<Dim>( C, p, affine );
             const Stencil<Basis, Dim, Lanes> s( grid, layout, old_x );
             Gathered<Basis, Dim, Lanes> g;
-            g.template gather<Rearranges>( grid, layout, s, moments, velocities,
-                                           faces, old_v, affine );
+            g.template gather<Rearranges>( grid, layout, s, velocities, faces,
+                                           old_v, affine );
             const Lanes zero( 0.0 );
             const Lanes sound = load( c, p );
             const Real ahead = midpoint ? 0.5 * dt : dt;
@@ -263,7 +259,6 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                                     Lanes( 0.25 ) );
             }
             storeWhere( mine, next_V, volume, p );
-            carry( p );
             note( p, mine, new_x, new_v, volume, new_e );
         } );
 }
@@ -285,7 +280,6 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
     const auto pressure = state.particles.template slice<Pressure>();
-    const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -304,8 +298,8 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
             mirrorAffine<Dim>( mirror, affine );
             const auto u = mirror.direction( get<Dim>( v, p ) );
             Gathered<Basis, Dim, Real> g;
-            g.template gather<false>( grid, layout, s, moments, velocities,
-                                      faces, u, affine );
+            g.template gather<false>( grid, layout, s, velocities, faces, u,
+                                      affine );
             Real kinetic = g.squares + g.mixing; // |phi|^2 - |u_i|^2, summed
             for ( int a = 0; a < Dim; ++a )
             {

@@ -114,19 +114,20 @@ struct VolumeExchange
 };
 
 //! The slices that the exchange of volume reads.
-template <class Vectors, class Scalars>
+template <class Positions, class Volumes, class Scalars>
 struct ExchangeSlices
 {
-    Vectors x;
-    Scalars m, V, pressure, c;
+    Positions x;
+    Volumes V;
+    Scalars m, pressure, c;
 };
 template <int Dim>
 auto exchangeSlices( const State<Dim>& state )
 {
     const auto& particles = state.particles;
     return ExchangeSlices{ particles.template slice<Position>(),
-                           particles.template slice<Mass>(),
                            particles.template slice<Volume>(),
+                           particles.template slice<Mass>(),
                            particles.template slice<Pressure>(),
                            particles.template slice<SoundSpeed>() };
 }

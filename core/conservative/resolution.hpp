@@ -105,8 +105,10 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             const Pack p = Pack::of( k, n );
             const Lanes mass = load( m, p );
             const Lanes first = load( original, p );
-            const Lanes start = choose( Lanes( 0.0 ) < first, first, mass );
-            store( original, start, p );
+            const LaneMask known = Lanes( 0.0 ) < first;
+            const Lanes start = choose( known, first, mass );
+            if ( any( !known ) )
+                store( original, start, p );
             Lanes mean( 0.0 );
             for ( int a = 0; a < Dim; ++a )
                 mean += load( C, p, a, a ) / static_cast<Real>( Dim );
