@@ -316,6 +316,74 @@ forEachNode( const Stencil<Basis, Dim, Number>& s,
 }
 
 /*!
+  \brief A line of a stencil's nodes along the first axis. What depends on the
+  other axes alone is the same on all of it, so that sums over nodes are sums
+  along lines first.
+*/
+template <int Dim, class Number = Real>
+struct StencilLine
+{
+    int shift;     //!< rows from the stencil's first node to the line's
+    Number weight; //!< product of the weights along the other axes
+    //! \name The same product with another factor along axis b > 0; for b = 0,
+    //! where sums along the line have that factor, the product as it is
+    //! @{
+    VectorOf<Dim, Number> gradient; //!< dw, 1/length
+    VectorOf<Dim, Number> fit;      //!< fitWeight
+    //! @}
+    VectorOf<Dim, Number> dx; //!< x_i - x_p along b > 0, length
+};
+
+//! What node k along axis d counts in the fit of a slope, before division by
+//! the moment: w (x_i - x_p), length; for hats, whose moment may vanish, their
+//! derivative, 1/length, not to be divided.
+template <class Basis, int Dim, class Number>
+KOKKOS_FORCEINLINE_FUNCTION Number
+fitWeight( const Stencil<Basis, Dim, Number>& s, const int d, const int k )
+{
+    if constexpr ( Basis::constant_moment )
+        return s.w[d][k] * s.dx[d][k];
+    else
+        return s.dw[d][k];
+}
+
+//! Calls visit(StencilLine) for every line of a stencil.
+template <class Basis, int Dim, class Number, class Visitor>
+KOKKOS_FORCEINLINE_FUNCTION void
+forEachLine( const Stencil<Basis, Dim, Number>& s,
+             const NodeLayout<Dim>& layout, const Visitor& visit )
+{
+    constexpr int n = Basis::nodes;
+    for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
+        for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
+        {
+            StencilLine<Dim, Number> line{ 0, Number( 1.0 ), {}, {}, {} };
+            if constexpr ( Dim == 2 )
+            {
+                line.shift = j * layout.stride[1];
+                line.weight = s.w[1][j];
+                line.gradient[1] = s.dw[1][j];
+                line.fit[1] = fitWeight( s, 1, j );
+                line.dx[1] = s.dx[1][j];
+            }
+            if constexpr ( Dim == 3 )
+            {
+                line.shift = j * layout.stride[1] + k * layout.stride[2];
+                line.weight = s.w[1][j] * s.w[2][k];
+                line.gradient[1] = s.dw[1][j] * s.w[2][k];
+                line.gradient[2] = s.w[1][j] * s.dw[2][k];
+                line.fit[1] = fitWeight( s, 1, j ) * s.w[2][k];
+                line.fit[2] = s.w[1][j] * fitWeight( s, 2, k );
+                line.dx[1] = s.dx[1][j];
+                line.dx[2] = s.dx[2][k];
+            }
+            line.gradient[0] = line.weight;
+            line.fit[0] = line.weight;
+            visit( line );
+        }
+}
+
+/*!
   \brief Weights of the places halfway between nodes: B-splines of one degree
   less, whose differences are the gradients of the node weights,
   h dw_k = c_{k-1} - c_k.

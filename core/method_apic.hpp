@@ -75,34 +75,57 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
             // zeros to add, not large numbers that cancel.
             VectorOf<Dim, Lanes> change{};   // sum w (v'_i - v)
             VectorOf<Dim, Lanes> fit[Dim]{}; // sum w (v'_i - v) (x_i - x)^T, or
-                                             // sum v'_i grad w for hats
+                                             // sum (v'_i - v) grad w for hats
             Lanes squares( 0.0 );            // sum w |v'_i - v|^2
             Lanes mixing( 0.0 );             // sum w |u_p(x_i) - v_i|^2
             Lanes D( 0.0 );
-            forEachNode( s, layout,
-                         [&]( const auto& i ) MACHPOINT_INLINE
-                         {
-                             const auto u =
-                                 affineVelocity<Dim>( old_v, old_C, i.dx );
-                             Lanes both[2 * Dim]; // v and v'
-                             loadRow( velocities, i.row, both );
-                             for ( int a = 0; a < Dim; ++a )
-                             {
-                                 const Lanes& v_i = both[a];
-                                 const Lanes& new_i = both[Dim + a];
-                                 const Lanes step = new_i - old_v[a];
-                                 const Lanes w_step = i.weight * step;
-                                 change[a] += w_step;
-                                 squares += w_step * step;
-                                 mixing +=
-                                     i.weight * ( u[a] - v_i ) * ( u[a] - v_i );
-                                 D += i.gradient[a] * ( 0.5 * ( v_i + new_i ) );
-                                 for ( int b = 0; b < Dim; ++b )
-                                     fit[a][b] += Basis::constant_moment
-                                                      ? w_step * i.dx[b]
-                                                      : new_i * i.gradient[b];
-                             }
-                         } );
+            forEachLine(
+                s, layout,
+                [&]( const auto& line ) MACHPOINT_INLINE
+                {
+                    auto u = old_v; // v + C (x_i - x), the first axis apart
+                    for ( int a = 0; a < Dim; ++a )
+                        for ( int b = 1; b < Dim; ++b )
+                            u[a] += old_C[a][b] * line.dx[b];
+                    // Sums along the line, its own weight still to come.
+                    VectorOf<Dim, Lanes> steps{}, fits{}, twice_means{};
+                    Lanes all_squares( 0.0 ), all_lags( 0.0 );
+                    for ( int i = 0; i < Basis::nodes; ++i )
+                    {
+                        Lanes both[2 * Dim]; // v and v'
+                        loadRow( velocities, rowAt( s.base, line.shift + i ),
+                                 both );
+                        const Lanes& w = s.w[0][i];
+                        const Lanes w_fit = fitWeight( s, 0, i );
+                        Lanes step_squared( 0.0 ), lag_squared( 0.0 );
+                        for ( int a = 0; a < Dim; ++a )
+                        {
+                            const Lanes& v_i = both[a];
+                            const Lanes& new_i = both[Dim + a];
+                            const Lanes step = new_i - old_v[a];
+                            const Lanes lag =
+                                v_i - u[a] - old_C[a][0] * s.dx[0][i];
+                            steps[a] += w * step;
+                            fits[a] += w_fit * step;
+                            twice_means[a] +=
+                                ( a == 0 ? s.dw[0][i] : w ) * ( v_i + new_i );
+                            step_squared += step * step;
+                            lag_squared += lag * lag;
+                        }
+                        all_squares += w * step_squared;
+                        all_lags += w * lag_squared;
+                    }
+                    squares += line.weight * all_squares;
+                    mixing += line.weight * all_lags;
+                    for ( int a = 0; a < Dim; ++a )
+                    {
+                        change[a] += line.weight * steps[a];
+                        D += 0.5 * line.gradient[a] * twice_means[a];
+                        for ( int b = 0; b < Dim; ++b )
+                            fit[a][b] +=
+                                line.fit[b] * ( b == 0 ? fits[a] : steps[a] );
+                    }
+                } );
             Lanes affine( 0.0 );     // sum |C'|^2 moment at the old position
             Lanes affine_new( 0.0 ); // and at the new one
             VectorOf<Dim, Lanes> new_x{}, new_v{};

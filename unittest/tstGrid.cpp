@@ -158,6 +158,53 @@ struct Collect
     }
 };
 
+//! Keeps the lines that it is shown.
+template <int Dim>
+struct CollectLines
+{
+    StencilLine<Dim>* lines;
+    int* count;
+
+    KOKKOS_FUNCTION void operator()( const StencilLine<Dim>& line ) const
+    {
+        lines[( *count )++] = line;
+    }
+};
+
+//! Are the lines of a stencil its nodes, in their order?
+template <class Basis, int Dim>
+void checkLines( const Stencil<Basis, Dim>& s, const NodeLayout<Dim>& layout,
+                 const std::vector<StencilNode<Dim>>& nodes )
+{
+    std::vector<StencilLine<Dim>> lines( nodes.size() );
+    int visited = 0;
+    forEachLine( s, layout, CollectLines<Dim>{ lines.data(), &visited } );
+    ASSERT_EQ( static_cast<std::size_t>( visited * Basis::nodes ),
+               nodes.size() );
+    for ( std::size_t n = 0; n < nodes.size(); ++n )
+    {
+        const auto& node = nodes[n];
+        const auto& line = lines[n / Basis::nodes];
+        const int i = static_cast<int>( n % Basis::nodes );
+        const Real w = s.w[0][i];
+        EXPECT_EQ( rowAt( s.base, line.shift + i ), node.row );
+        EXPECT_NEAR( line.weight * w, node.weight, 1e-15 );
+        for ( int b = 0; b < Dim; ++b )
+        {
+            if ( b > 0 )
+            {
+                EXPECT_EQ( line.dx[b], node.dx[b] );
+            }
+            EXPECT_NEAR( line.gradient[b] * ( b == 0 ? s.dw[0][i] : w ),
+                         node.gradient[b], 1e-14 );
+            EXPECT_NEAR( line.fit[b] * ( b == 0 ? fitWeight( s, 0, i ) : w ),
+                         Basis::constant_moment ? node.weight * node.dx[b]
+                                                : node.gradient[b],
+                         1e-14 );
+        }
+    }
+}
+
 template <class Basis, int Dim>
 void checkStencil()
 {
@@ -195,6 +242,7 @@ void checkStencil()
     for ( int d = 0; d < Dim; ++d )
         expected *= Basis::nodes;
     EXPECT_EQ( visited, expected );
+    checkLines( s, layout, nodes );
     EXPECT_NEAR( unity, 1, 1e-14 );
     EXPECT_NEAR( value, 1 + dot<Dim>( slope, x ), 1e-13 );
     for ( int d = 0; d < Dim; ++d )

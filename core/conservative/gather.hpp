@@ -23,8 +23,7 @@ struct Gathered
     // not large numbers that cancel.
     VectorOf<Dim, Number> change{};   //!< sum w (phi - v)
     VectorOf<Dim, Number> fit[Dim]{}; //!< sum w (phi - v) (x_i - x)^T, or with
-                                      //!< grad w for hats, whose moment may
-                                      //!< vanish
+                                      //!< grad w for hats: fitWeight
     Number squares{ 0.0 };            //!< sum w |phi - v|^2
     Number mixing{ 0.0 };             //!< sum w beta (2 - beta) |v_i - u|^2
     VectorOf<Dim, Number> ahead{};    //!< sum w v'_i
@@ -46,30 +45,50 @@ struct Gathered
             const NodeView& faces, const VectorOf<Dim, Number>& v,
             const VectorOf<Dim, Number> ( &C )[Dim] )
     {
-        forEachNode( s, layout,
-                     [&]( const auto& i ) MACHPOINT_INLINE
+        forEachLine( s, layout,
+                     [&]( const auto& line ) MACHPOINT_INLINE
                      {
-                         Number node[2 * Dim + 1]; // v, v' and beta
-                         loadRow( velocities, i.row, node );
-                         const Number own = 1 - node[2 * Dim]; // 1 - beta
-                         const Number w = i.weight;
-                         const Number mixed = w * ( 1 - own * own );
+                         auto u = v; // v + C (x_i - x), the first axis apart
+                         for ( int a = 0; a < Dim; ++a )
+                             for ( int b = 1; b < Dim; ++b )
+                                 u[a] += C[a][b] * line.dx[b];
+                         // Sums along the line, its own weight still to come.
+                         VectorOf<Dim, Number> steps{}, fits{}, futures{};
+                         Number all_squares( 0.0 ), all_lags( 0.0 );
+                         for ( int i = 0; i < Basis::nodes; ++i )
+                         {
+                             // v, v', beta and padding
+                             Number node[Dim == 3 ? 8 : 2 * Dim + 1];
+                             loadRow( velocities,
+                                      rowAt( s.base, line.shift + i ), node );
+                             const Number own = 1 - node[2 * Dim]; // 1 - beta
+                             const Number& w = s.w[0][i];
+                             const Number w_fit = fitWeight( s, 0, i );
+                             Number step_squared( 0.0 ), lag_squared( 0.0 );
+                             for ( int a = 0; a < Dim; ++a )
+                             {
+                                 const Number lag = // v_i - u_i
+                                     node[a] - u[a] - C[a][0] * s.dx[0][i];
+                                 const Number future = node[Dim + a] - v[a];
+                                 const Number step = future - own * lag;
+                                 steps[a] += w * step;
+                                 fits[a] += w_fit * step;
+                                 futures[a] += w * future;
+                                 step_squared += step * step;
+                                 lag_squared += lag * lag;
+                             }
+                             all_squares += w * step_squared;
+                             all_lags += w * ( 1 - own * own ) * lag_squared;
+                         }
+                         squares += line.weight * all_squares;
+                         mixing += line.weight * all_lags;
                          for ( int a = 0; a < Dim; ++a )
                          {
-                             Number lag = node[a] - v[a]; // v_i - u
+                             change[a] += line.weight * steps[a];
+                             ahead[a] += line.weight * futures[a];
                              for ( int b = 0; b < Dim; ++b )
-                                 lag -= C[a][b] * i.dx[b];
-                             const Number future = node[Dim + a] - v[a];
-                             const Number step = future - own * lag;
-                             const Number w_step = w * step;
-                             change[a] += w_step;
-                             squares += w_step * step;
-                             mixing += mixed * lag * lag;
-                             ahead[a] += w * future;
-                             for ( int b = 0; b < Dim; ++b )
-                                 fit[a][b] += Basis::constant_moment
-                                                  ? w_step * i.dx[b]
-                                                  : step * i.gradient[b];
+                                 fit[a][b] += line.fit[b] *
+                                              ( b == 0 ? fits[a] : steps[a] );
                          }
                      } );
         forEachFace(
