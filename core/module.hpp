@@ -175,8 +175,9 @@ class Module
     virtual void applyToGrid( State<Dim>&, const GridVelocity& ) {}
     //! After the new node velocities are known: account for work done.
     virtual void gridWork( State<Dim>& ) {}
-    //! Sources of particle momentum or energy, after G2P. \return did it
-    //! change any, so that they have to be checked again?
+    //! Sources of particle momentum or energy, after G2P; not of mass, which
+    //! a repeated step would add again. \return did it change any, so that
+    //! they have to be checked again?
     virtual bool particleSource( State<Dim>& ) { return false; }
     //! After particles moved: wrap, reflect, push out, or mark for removal
     //! (negative id). Those that the step moved out of the domain are

@@ -156,8 +156,9 @@ struct Scratch
     std::size_t bytes;
 };
 
-//! State that one effect alone needs, one entry per particle. Sorting,
-//! removal and insertion carry every sidecar along.
+//! State that one effect alone needs, one entry per particle. Removal,
+//! insertion and migration carry every sidecar along, and sorting all that no
+//! step renews.
 class SidecarBase
 {
   public:
