@@ -155,8 +155,8 @@ storeWhere( const LaneMask mask, const Slice& slice, const Real value,
     if ( mask )
         slice( p.first, d... ) = value;
 }
-template <class Slice>
-KOKKOS_FORCEINLINE_FUNCTION void copy( const Slice& from, const Slice& to,
+template <class From, class To>
+KOKKOS_FORCEINLINE_FUNCTION void copy( const From& from, const To& to,
                                        const Pack p )
 {
     to( p.first ) = from( p.first );
@@ -240,11 +240,12 @@ storeWhere( const LaneMask& mask, const Slice& slice, const Lanes& value,
         store( slice, choose( mask, value, load( slice, p, d... ) ), p, d... );
 }
 //! Copies a number of each particle, of any type of 8 bytes.
-template <class Slice>
-KOKKOS_FORCEINLINE_FUNCTION void copy( const Slice& from, const Slice& to,
+template <class From, class To>
+KOKKOS_FORCEINLINE_FUNCTION void copy( const From& from, const To& to,
                                        const Pack p )
 {
-    static_assert( sizeof( typename Slice::value_type ) == sizeof( Real ) );
+    static_assert( sizeof( typename From::value_type ) == sizeof( Real ) );
+    static_assert( sizeof( typename To::value_type ) == sizeof( Real ) );
     prefetch( from, p.first );
     std::memcpy( &to( p.first ), &from( p.first ), sizeof( Lanes ) );
 }

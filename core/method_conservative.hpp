@@ -119,6 +119,12 @@ struct Conservative : MethodDefaults
         }
     };
 
+    template <int Dim>
+    static bool changesParticles( const Storage<Dim>& storage )
+    {
+        return storage.history != nullptr;
+    }
+
     //! Sections 8 and 9: what rearranges volume, heat and particles.
     template <class Basis, int Dim>
     static void prepare( State<Dim>& state, Storage<Dim>& storage,

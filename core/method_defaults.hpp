@@ -28,6 +28,13 @@ struct MethodDefaults
     //! Has it no other way than artificial viscosity to give a shock a width?
     static constexpr bool shocks_need_viscosity = true;
 
+    //! Does it halve or merge particles?
+    template <class StorageType>
+    static bool changesParticles( const StorageType& )
+    {
+        return false;
+    }
+
     //! Columns of Nodes::moments and Nodes::velocities.
     template <int Dim>
     static constexpr int moment_columns = 1 + 2 * Dim;

@@ -606,6 +606,7 @@ class Particles
     void beginStep( const bool keeps )
     {
         _keeps = keeps;
+        _has_kept = false;
         if ( keeps )
             Impl::resizeWithSlack( _other, _aosoa.size() );
         for ( auto& sidecar : _sidecars )
@@ -645,12 +646,25 @@ class Particles
     bool keeps() const { return _keeps; }
     //! The state before the step.
     const aosoa_type& old() const { return _other; }
+    //! Keeps for `restore` what an output shows of the lasting members (pressure
+    //! is made anew), ahead of what moves rows or changes a mass.
+    void keepIdentities()
+    {
+        Impl::resizeWithSlack( _kept, size() );
+        copyIdentities( slice<Mass>(), slice<Id>(), Cabana::slice<0>( _kept ),
+                        Cabana::slice<1>( _kept ) );
+        _has_kept = true;
+    }
     //! Returns to the state before the step that has ended last.
     void restore()
     {
         std::swap( _aosoa, _other );
         for ( auto& sidecar : _sidecars )
             sidecar->restore( _aosoa.size() );
+        if ( _has_kept )
+            copyIdentities( Cabana::slice<0>( _kept ),
+                            Cabana::slice<1>( _kept ), slice<Mass>(),
+                            slice<Id>() );
     }
     //! Makes this the state to return to until a step begins.
     void save()
@@ -658,6 +672,7 @@ class Particles
         Impl::copyParticles( _other, _aosoa );
         for ( auto& sidecar : _sidecars )
             sidecar->save();
+        keepIdentities();
     }
     //! @}
 
@@ -855,17 +870,40 @@ class Particles
     {
         if ( size() == 0 )
             return 0;
-        std::size_t bytes = ( _aosoa.numSoA() + _other.numSoA() ) *
-                            sizeof( typename aosoa_type::soa_type );
+        std::size_t bytes =
+            ( _aosoa.numSoA() + _other.numSoA() ) *
+                sizeof( typename aosoa_type::soa_type ) +
+            _kept.numSoA() * sizeof( typename identities_type::soa_type );
         for ( const auto& sidecar : _sidecars )
             bytes += sidecar->bytes();
         return static_cast<Real>( bytes ) / size();
     }
 
+    // Public only because nvcc wants the parent function of a device lambda to
+    // be accessible.
+    template <class From, class FromIds, class To, class ToIds>
+    void copyIdentities( const From& mass, const FromIds& id,
+                         const To& mass_copy, const ToIds& id_copy ) const
+    {
+        const int n = size();
+        Kokkos::parallel_for(
+            "Machpoint::copyIdentities", packs( n ),
+            KOKKOS_LAMBDA( const int k ) {
+                const Pack p = Pack::of( k, n );
+                copy( mass, mass_copy, p );
+                copy( id, id_copy, p );
+            } );
+    }
+
   private:
+    using identities_type =
+        Cabana::AoSoA<Cabana::MemberTypes<Real, std::int64_t>, MemorySpace>;
+
     aosoa_type _aosoa;
     aosoa_type _other; // the state before a step, or the one after it
     bool _keeps = false;
+    identities_type _kept; // mass and id before rows moved
+    bool _has_kept = false;
     Kokkos::Array<bool, AdvancedMembers<Dim>::size> _reached{};
     RowList _leaving; // scratch of migrate
     std::vector<std::unique_ptr<SidecarBase>> _sidecars;

@@ -63,6 +63,7 @@ class Stepper : public Simulation
                 break;
             reject( fault, part );
         }
+        keepIdentities();
         applyBoundaries();
         each( "inject", &Module<Dim>::inject );
         migrate();
@@ -408,6 +409,18 @@ class Stepper : public Simulation
             Profile::Effect effect( active.name );
             active.module->applyToGrid( _scene.state, velocity );
         }
+    }
+
+    //! Where particles may move to other rows, or change mass, before the next
+    //! survey finds that the gas is broken.
+    void keepIdentities()
+    {
+        if ( _most_retries == 0 || !( _scene.is_open || comm().size() > 1 ||
+                                      Method::changesParticles( _storage ) ) )
+            return;
+        Profile::Phase phase( "guard" );
+        const Profile::Effect effect( "retries" );
+        _scene.state.particles.keepIdentities();
     }
 
     void applyBoundaries()
