@@ -139,6 +139,8 @@ struct Part
     MarkView marks = {};
     bool marked = true; //!< those with the mark, or those without
 
+    //! The second of two, for which messages have come?
+    bool isRest() const { return marks.data() && marked; }
     KOKKOS_FORCEINLINE_FUNCTION bool contains( const int p ) const
     {
         return !marks.data() || marks( p ) == marked;

@@ -63,6 +63,7 @@ struct Conservative : MethodDefaults
     {
         ConservativeParts parts;
         NodeView faces, inverse_filling;
+        IndexList outer_faces; //!< those that change as messages come
         NodeSum stress;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
@@ -101,6 +102,8 @@ struct Conservative : MethodDefaults
                 NodeView( "Machpoint::faces", total, Impl::face_columns * Dim );
             inverse_filling =
                 NodeView( "Machpoint::inverseFilling", total, Dim );
+            if ( state.decomposition.comm().size() > 1 )
+                outer_faces = Impl::listOuterFaces( state.layout );
             stress =
                 makeNodeSum( "Machpoint::stress", state,
                              Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) );
@@ -118,12 +121,6 @@ struct Conservative : MethodDefaults
             }
         }
     };
-
-    template <int Dim>
-    static bool changesParticles( const Storage<Dim>& storage )
-    {
-        return storage.history != nullptr;
-    }
 
     //! Sections 8 and 9: what rearranges volume, heat and particles.
     template <class Basis, int Dim>
@@ -177,7 +174,7 @@ struct Conservative : MethodDefaults
             { Impl::depositParticles<Basis>( state, sums ); } );
     }
 
-    //! Sections 3 and 4: viscosity, pressure on faces, force.
+    //! Sections 3 and 4: viscosity, pressure on faces.
     //! \param viscosity adds q to the pressure of particles
     template <class Basis, int Dim, class Viscosity>
     static void stressForce( State<Dim>& state, Storage<Dim>& storage,
@@ -188,13 +185,12 @@ struct Conservative : MethodDefaults
         const auto& faces = storage.faces;
         state.halo.fill( state.nodes.velocities,
                          vectorComponents<Dim, 1>( Parity::velocity ) );
-        Impl::measureFaces( state, faces, storage.inverse_filling,
-                            parts.least_filling );
         if ( parts.viscosity_limiter )
         {
             {
                 const Profile::Effect effect( "viscosity limiter" );
-                Impl::limitFaces( state, faces );
+                Impl::measureFaces<true>( state, faces, storage.inverse_filling,
+                                          parts.least_filling );
             }
             state.halo.fill(
                 faces, Impl::allFaceComponents<Dim>(), state.waiting,
@@ -202,7 +198,11 @@ struct Conservative : MethodDefaults
                 { Impl::gatherRates<Basis, true>( state, faces, part ); } );
         }
         else
+        {
+            Impl::measureFaces<false>( state, faces, storage.inverse_filling,
+                                       parts.least_filling );
             Impl::gatherRates<Basis, false>( state, faces );
+        }
         viscosity();
         if ( parts.midpoint )
         {
@@ -225,8 +225,17 @@ struct Conservative : MethodDefaults
                 { Impl::depositStress<false, Basis>( state, kb, sums ); } );
             stress.foldAndFill( state.halo, faceComponents<Dim>() );
         }
-        Impl::pressureForce( state, storage.inverse_filling, stress.field(),
-                             kb > 0, parts.blend );
+    }
+
+    //! Section 4: force of the pressure, new velocity and blend.
+    template <int Dim>
+    static void advanceGridVelocity( const State<Dim>& state,
+                                     const Storage<Dim>& storage )
+    {
+        const auto& parts = storage.parts;
+        Impl::applyPressure( state, storage.inverse_filling,
+                             storage.stress.field(),
+                             parts.blend_in_compression > 0, parts.blend );
     }
 
     //! Sections 5 to 7.
@@ -235,11 +244,17 @@ struct Conservative : MethodDefaults
                                  const Constrain& )
     {
         const auto& parts = storage.parts;
+        const Impl::MeasureMotion<Dim> measure{
+            state.nodes.moments, state.nodes.velocities,
+            storage.faces,       storage.inverse_filling,
+            state.layout,        state.grid.inverse };
         auto gather = [&]( const Part& part )
         {
-            // Again with the halo, where that has come meanwhile.
-            Impl::differenceMeanVelocity( state, storage.faces,
-                                          storage.inverse_filling );
+            // Again where the halo has come meanwhile.
+            if ( part.isRest() )
+                Impl::measureMotion( measure, storage.outer_faces );
+            else
+                Impl::measureMotion( measure );
             if ( state.images.count > 0 && part.marked )
                 state.ledger.energy_in +=
                     Impl::workOfImages<Basis>( state, storage.faces );

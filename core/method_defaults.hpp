@@ -28,13 +28,6 @@ struct MethodDefaults
     //! Has it no other way than artificial viscosity to give a shock a width?
     static constexpr bool shocks_need_viscosity = true;
 
-    //! Does it halve or merge particles?
-    template <class StorageType>
-    static bool changesParticles( const StorageType& )
-    {
-        return false;
-    }
-
     //! Columns of Nodes::moments and Nodes::velocities.
     template <int Dim>
     static constexpr int moment_columns = 1 + 2 * Dim;
@@ -72,6 +65,14 @@ struct MethodDefaults
     static void stressForce( State<Dim>&, StorageType&, EquationOfState<Dim>&,
                              const Viscosity& )
     {
+    }
+
+    //! Line 5: node velocities after the step.
+    template <int Dim, class StorageType>
+    static void advanceGridVelocity( const State<Dim>& state,
+                                     const StorageType& )
+    {
+        Machpoint::advanceGridVelocity( state );
     }
 };
 

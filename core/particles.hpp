@@ -435,7 +435,8 @@ enum class DuringStep
 {
     changes, //!< its repetition needs the old values
     stays,   //!< nothing
-    renews   //!< it makes all anew before it reads it; a sort leaves it out
+    renews   //!< it makes all anew before it reads it; sorts and messages leave
+             //!< it out
 };
 
 //! A sidecar with the given members (Cabana::MemberTypes).
@@ -503,7 +504,8 @@ class Sidecar : public SidecarBase
 #ifdef MACHPOINT_ENABLE_MPI
     void send( const ParticlePlan& plan, const IndexList& rows ) override
     {
-        _arrived = Impl::sendTuples( plan, _aosoa, rows );
+        if ( _during_step != DuringStep::renews )
+            _arrived = Impl::sendTuples( plan, _aosoa, rows );
     }
     void receive( const int first ) override
     {
@@ -606,7 +608,7 @@ class Particles
     void beginStep( const bool keeps )
     {
         _keeps = keeps;
-        _has_kept = false;
+        _returns = _has_kept = false;
         if ( keeps )
             Impl::resizeWithSlack( _other, _aosoa.size() );
         for ( auto& sidecar : _sidecars )
@@ -640,16 +642,20 @@ class Particles
         for ( auto& sidecar : _sidecars )
             sidecar->endStep();
         _reached = {};
+        _returns = _keeps;
         _keeps = false;
     }
     //! Are values written to another place than they are read from?
     bool keeps() const { return _keeps; }
     //! The state before the step.
     const aosoa_type& old() const { return _other; }
-    //! Keeps for `restore` what an output shows of the lasting members (pressure
-    //! is made anew), ahead of what moves rows or changes a mass.
+    //! Keeps for `restore` what an output shows of the lasting members
+    //! (pressure is made anew). To be called ahead of what moves rows, marks an
+    //! id or changes a mass; the first call since the step counts.
     void keepIdentities()
     {
+        if ( !_returns || _has_kept )
+            return;
         Impl::resizeWithSlack( _kept, size() );
         copyIdentities( slice<Mass>(), slice<Id>(), Cabana::slice<0>( _kept ),
                         Cabana::slice<1>( _kept ) );
@@ -672,6 +678,8 @@ class Particles
         Impl::copyParticles( _other, _aosoa );
         for ( auto& sidecar : _sidecars )
             sidecar->save();
+        _returns = true;
+        _has_kept = false;
         keepIdentities();
     }
     //! @}
@@ -726,6 +734,7 @@ class Particles
                                    sizeof( typename aosoa_type::soa_type ) };
         for ( auto& sidecar : _sidecars )
             sidecar->permute( bins, scratch );
+        _returns = false;
         if ( !keep_spare )
             _other = aosoa_type( _other.label() );
     }
@@ -902,7 +911,8 @@ class Particles
     aosoa_type _aosoa;
     aosoa_type _other; // the state before a step, or the one after it
     bool _keeps = false;
-    identities_type _kept; // mass and id before rows moved
+    bool _returns = false; // is _other a state to return to?
+    identities_type _kept; // its masses and ids, where rows have moved
     bool _has_kept = false;
     Kokkos::Array<bool, AdvancedMembers<Dim>::size> _reached{};
     RowList _leaving; // scratch of migrate

@@ -294,7 +294,7 @@ class Stepper : public Simulation
         }
         {
             Profile::Phase phase( "grid" );
-            advanceGridVelocity( state ); // 5
+            Method::advanceGridVelocity( state, _storage ); // 5
         }
         constrain( { state.nodes.velocities, Dim } ); // eq. 7
         each( "grid work", &Module<Dim>::gridWork );
@@ -411,12 +411,11 @@ class Stepper : public Simulation
         }
     }
 
-    //! Where particles may move to other rows, or change mass, before the next
-    //! survey finds that the gas is broken.
+    //! Where boundaries or messages move particles to other rows before the
+    //! next survey may find that the gas is broken.
     void keepIdentities()
     {
-        if ( _most_retries == 0 || !( _scene.is_open || comm().size() > 1 ||
-                                      Method::changesParticles( _storage ) ) )
+        if ( !_scene.is_open && comm().size() == 1 )
             return;
         Profile::Phase phase( "guard" );
         const Profile::Effect effect( "retries" );

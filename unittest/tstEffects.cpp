@@ -132,9 +132,10 @@ TEST( Effects, bareConservativeLaunchesItsOwnKernelsOnly )
     expected["Machpoint::fold"] = 80;
     expected["Machpoint::fill"] = 160; // moments, v, stress, and v with v'
     expected["Machpoint::measureFaces"] = 20;
-    expected["Machpoint::differenceMeanVelocity"] = 20;
+    expected["Machpoint::measureMotion"] = 20;
     expected["Machpoint::gatherRates"] = 20;
-    expected["Machpoint::pressureForce"] = 20;
+    expected["Machpoint::applyPressure"] = 20;
+    expected.erase( "Machpoint::advanceGridVelocity" ); // within it
     expected["Machpoint::gatherParticles"] = 20;
     EXPECT_EQ( ours( tally( bareScene( "conservative" ) ).kernels ), expected );
 }
@@ -172,7 +173,10 @@ TEST( Effects, partsHaveTheNamesThatTheyAreDeclaredWith )
              entry.name != "ideal_gas" )
         {
             EXPECT_EQ( declared.count( entry.name ), 1u ) << entry.name;
-            EXPECT_GT( entry.kernels, 0 ) << entry.name;
+            if ( entry.name == "retries" ) // a kernel of its own only where a
+                EXPECT_EQ( entry.kernels, 0 ); // step is suspect or rows move
+            else
+                EXPECT_GT( entry.kernels, 0 ) << entry.name;
             found.insert( entry.name );
         }
     EXPECT_EQ( found, ( std::set<std::string>{

@@ -13,6 +13,7 @@
 #ifndef MACHPOINT_CONSERVATIVE_FACES_HPP
 #define MACHPOINT_CONSERVATIVE_FACES_HPP
 
+#include <core/collect.hpp>
 #include <core/transfer.hpp>
 
 namespace Machpoint
@@ -201,12 +202,16 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
 }
 
 /*!
-  \brief d and d / den on every face that has two nodes, with
-  den = max(theta, least filling).
-  \param[out] faces Difference and Normalised
-  \param[out] inverse_filling 1/den
+  \brief FaceRate on every face, and 1/den with den = max(theta, least filling).
+
+  Where Limited also how far from smooth the compression is, with psi
+  Christensen's monotonic limiter (1990) of neighbouring differences along the
+  face's axis: 1 where the velocity is linear, 0 at a jump.
+  psi = max(0, min((l + r)/2, 1, 2 l, 2 r)) of the ratios l and r of the two
+  neighbours' d to the face's; times max(-d, 0) it needs no ratio.
+  \param[out] faces FaceRate \param[out] inverse_filling 1/den
 */
-template <int Dim>
+template <bool Limited, int Dim>
 void measureFaces( const State<Dim>& state, const NodeView& faces,
                    const NodeView& inverse_filling, const Real least_filling )
 {
@@ -215,54 +220,36 @@ void measureFaces( const State<Dim>& state, const NodeView& faces,
     const auto layout = state.layout;
     const auto inverse = state.grid.inverse;
     Kokkos::parallel_for(
-        "Machpoint::measureFaces", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
+        Limited ? "Machpoint::limitFaces" : "Machpoint::measureFaces",
+        Range( 0, layout.total ), KOKKOS_LAMBDA( const int i ) {
             for ( int a = 0; a < Dim; ++a )
             {
-                const int next = i + layout.stride[a];
+                const int stride = layout.stride[a];
+                // 0 without a second node
+                auto difference = [&]( const int row )
+                {
+                    return row + stride < layout.total
+                               ? ( velocities( row + stride, a ) -
+                                   velocities( row, a ) ) *
+                                     inverse[a]
+                               : 0.0;
+                };
                 const int face = face_columns * a;
-                const Real d =
-                    next < layout.total
-                        ? ( velocities( next, a ) - velocities( i, a ) ) *
-                              inverse[a]
-                        : 0.0;
+                const Real d = difference( i );
                 const Real scale =
                     1 /
                     Kokkos::max( moments( i, 1 + 2 * Dim + a ), least_filling );
                 inverse_filling( i, a ) = scale;
                 faces( i, face + Difference ) = d;
                 faces( i, face + Normalised ) = d * scale;
-            }
-        } );
-}
-
-/*!
-  \brief How far from smooth the compression is, with psi Christensen's
-  monotonic limiter (1990) of neighbouring differences along the face's axis:
-  1 where the velocity is linear, 0 at a jump.
-
-  psi = max(0, min((l + r)/2, 1, 2 l, 2 r)) of the ratios l and r of the two
-  neighbours' d to the face's; times max(-d, 0) it needs no ratio.
-  \param[in,out] faces Closing and Rough of Difference
-*/
-template <int Dim>
-void limitFaces( const State<Dim>& state, const NodeView& faces )
-{
-    const auto layout = state.layout;
-    Kokkos::parallel_for(
-        "Machpoint::limitFaces", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
-            for ( int a = 0; a < Dim; ++a )
-            {
-                const int stride = layout.stride[a];
-                const int face = face_columns * a;
-                const Real closing =
-                    Kokkos::max( -faces( i, face + Difference ), 0.0 );
+                if ( !Limited )
+                    continue;
+                const Real closing = Kokkos::max( -d, 0.0 );
                 Real smooth = closing;
                 if ( i >= stride && i + stride < layout.total )
                 {
-                    const Real left = -faces( i - stride, face + Difference );
-                    const Real right = -faces( i + stride, face + Difference );
+                    const Real left = -difference( i - stride );
+                    const Real right = -difference( i + stride );
                     smooth = Kokkos::min(
                         Kokkos::min( 0.5 * ( left + right ), closing ),
                         2 * Kokkos::min( left, right ) );
@@ -273,33 +260,68 @@ void limitFaces( const State<Dim>& state, const NodeView& faces )
         } );
 }
 
-//! FaceMotion on every face, in the place of FaceRate.
+//! FaceMotion of a face, in the place of FaceRate.
 template <int Dim>
-void differenceMeanVelocity( const State<Dim>& state, const NodeView& faces,
-                             const NodeView& inverse_filling )
+struct MeasureMotion
 {
-    const auto moments = state.nodes.moments;
-    const auto velocities = state.nodes.velocities;
-    const auto layout = state.layout;
-    const auto inverse = state.grid.inverse;
+    NodeView moments, velocities, faces, inverse_filling;
+    NodeLayout<Dim> layout;
+    Vector<Dim> inverse;
+
+    KOKKOS_INLINE_FUNCTION Real mean( const int row, const int a ) const
+    {
+        return 0.5 * ( velocities( row, a ) + velocities( row, Dim + a ) );
+    }
+    KOKKOS_INLINE_FUNCTION void operator()( const int i ) const
+    {
+        for ( int a = 0; a < Dim; ++a )
+        {
+            const int next = i + layout.stride[a];
+            const int face = face_columns * a;
+            faces( i, face + MeanNormalised ) =
+                next < layout.total
+                    ? inverse_filling( i, a ) *
+                          ( mean( next, a ) - mean( i, a ) ) * inverse[a]
+                    : 0.0;
+            faces( i, face + Excess ) = moments( i, 1 + 2 * Dim + a ) - 1;
+        }
+    }
+};
+
+//! On all faces.
+template <int Dim>
+void measureMotion( const MeasureMotion<Dim>& measure )
+{
+    Kokkos::parallel_for( "Machpoint::measureMotion",
+                          Range( 0, measure.layout.total ), measure );
+}
+
+//! On some faces. \param rows of them
+template <int Dim>
+void measureMotion( const MeasureMotion<Dim>& measure, const IndexList& rows )
+{
     Kokkos::parallel_for(
-        "Machpoint::differenceMeanVelocity", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
-            auto mean = [&]( const int row, const int a ) {
-                return 0.5 *
-                       ( velocities( row, a ) + velocities( row, Dim + a ) );
-            };
-            for ( int a = 0; a < Dim; ++a )
-            {
-                const int next = i + layout.stride[a];
-                const int face = face_columns * a;
-                faces( i, face + MeanNormalised ) =
-                    next < layout.total
-                        ? inverse_filling( i, a ) *
-                              ( mean( next, a ) - mean( i, a ) ) * inverse[a]
-                        : 0.0;
-                faces( i, face + Excess ) = moments( i, 1 + 2 * Dim + a ) - 1;
-            }
+        "Machpoint::measureOuterMotion", Range( 0, rows.extent_int( 0 ) ),
+        KOKKOS_LAMBDA( const int k ) { measure( rows( k ) ); } );
+}
+
+/*!
+  \brief The faces that a message of another rank changes: those that reach
+  beyond the box.
+  \return their rows, ascending
+*/
+template <int Dim>
+IndexList listOuterFaces( const NodeLayout<Dim>& layout )
+{
+    return collect(
+        "Machpoint::outerFaces", 0, layout.total, layout.total,
+        KOKKOS_LAMBDA( const int row ) {
+            const auto i = layout.indices( row );
+            for ( int d = 0; d < Dim; ++d )
+                if ( i[d] < layout.box.begin[d] ||
+                     i[d] >= layout.box.end[d] - 1 )
+                    return true;
+            return false;
         } );
 }
 
@@ -469,32 +491,41 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
 }
 
 /*!
-  \brief Force f_(i,a) += h^Dim / h_a (p^a_(i-1/2) - p^a_(i+1/2)) and blend
-  beta_i = min(1, beta_0 + kb-sum / m_i). It telescopes, so momentum is exact.
+  \brief v'_i = v_i + dt f_i / m_i (Algorithm 1, line 5) with the pressure's
+  force f_(i,a) += h^Dim / h_a (p^a_(i-1/2) - p^a_(i+1/2)), and the blend
+  beta_i = min(1, beta_0 + kb-sum / m_i). The force telescopes, so momentum is
+  exact.
   \param blends has the stress a sum of the blend?
+  \param[out] state.nodes.velocities columns Dim to 2 Dim
 */
 template <int Dim>
-void pressureForce( const State<Dim>& state, const NodeView& inverse_filling,
+void applyPressure( const State<Dim>& state, const NodeView& inverse_filling,
                     const NodeView& stress, const bool blends,
                     const Real blend )
 {
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
     const auto layout = state.layout;
-    const auto spacing = state.grid.spacing;
+    const auto inverse = state.grid.inverse;
+    const Real dt = state.dt;
     const Real cell_volume = state.grid.cellVolume();
     Kokkos::parallel_for(
-        "Machpoint::pressureForce", Range( 0, layout.total ),
+        "Machpoint::applyPressure", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {
             auto pressure = [&]( const int row, const int a ) {
                 return row < 0 ? 0.0
                                : stress( row, a ) * inverse_filling( row, a );
             };
-            for ( int a = 0; a < Dim; ++a )
-                moments( i, 1 + Dim + a ) +=
-                    cell_volume / spacing[a] *
-                    ( pressure( i - layout.stride[a], a ) - pressure( i, a ) );
             const Real m = moments( i, 0 );
+            for ( int a = 0; a < Dim; ++a )
+            {
+                const Real force = moments( i, 1 + Dim + a ) +
+                                   cell_volume * inverse[a] *
+                                       ( pressure( i - layout.stride[a], a ) -
+                                         pressure( i, a ) );
+                velocities( i, Dim + a ) =
+                    velocities( i, a ) + ( m > 0 ? dt * force / m : 0.0 );
+            }
             velocities( i, 2 * Dim ) =
                 blends && m > 0
                     ? Kokkos::min( 1.0, blend + stress( i, Dim ) / m )

@@ -129,6 +129,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             return is_large( V( p ), m( p ), original( p ) );
         } );
     const int count = large.extent_int( 0 );
+    state.particles.keepIdentities();
     const auto number = numberByParent( state, large );
     state.particles.duplicate( large );
     const auto x = state.particles.template slice<Position>();
@@ -266,6 +267,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
         small );
     if ( small < 2 )
         return;
+    state.particles.keepIdentities();
     IndexList rows( "Machpoint::smallParticles", small );
     IndexList keys( "Machpoint::halfCells", small );
     Kokkos::parallel_scan(
