@@ -37,9 +37,10 @@ struct Conservative : MethodDefaults
 
     template <int Dim>
     static constexpr int moment_columns = 1 + 3 * Dim;
-    //! v, v' and beta, in 3D padded: particles read columns by fours.
     template <int Dim>
-    static constexpr int velocity_columns = Dim == 3 ? 8 : 2 * Dim + 1;
+    static constexpr int force_column = Impl::force_column<Dim>;
+    template <int Dim>
+    static constexpr int velocity_columns = Impl::velocity_columns<Dim>;
 
     template <int Dim>
     static auto momentComponents()

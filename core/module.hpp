@@ -37,9 +37,10 @@ struct Ledger
 template <int Dim>
 struct Nodes
 {
-    NodeView moments;    //!< mass, momentum [Dim], force [Dim], and more
-    NodeSum moment_sum;  //!< the sum that they are
-    NodeView velocities; //!< v_i [Dim], v'_i [Dim], and more
+    NodeView moments;           //!< mass, momentum [Dim], force [Dim], and more
+    int force_column = 1 + Dim; //!< the first of the force's
+    NodeSum moment_sum;         //!< the sum that they are
+    NodeView velocities;        //!< v_i [Dim], v'_i [Dim], and more
 };
 
 /*!
@@ -164,7 +165,8 @@ class Module
     virtual Real imageReach( const Grid<Dim>& ) const { return 0; }
     //! Keeps what it needs of state.nodes.moment_sum from before the fold.
     virtual void keepDeposit( State<Dim>& ) {}
-    //! Adds to the force on nodes, walls and neighbours folded in.
+    //! Adds to the force on nodes (Nodes::force_column), walls and neighbours
+    //! folded in.
     virtual void gridForce( State<Dim>& ) {}
     //! Adds a viscous pressure, from state.rates, to that of the particles.
     virtual void viscousPressure( State<Dim>& ) {}

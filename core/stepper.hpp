@@ -187,6 +187,7 @@ class Stepper : public Simulation
         state.nodes.moment_sum = makeNodeSum(
             "Machpoint::moments", state, Method::template moment_columns<Dim> );
         state.nodes.moments = state.nodes.moment_sum.field();
+        state.nodes.force_column = Method::template force_column<Dim>;
         state.nodes.velocities =
             NodeView( "Machpoint::velocities", state.layout.total,
                       Method::template velocity_columns<Dim> );

@@ -99,6 +99,7 @@ class Gravity : public Module<Dim>
     {
         _force.fold( state.halo, vectorComponents<Dim, 1>( Parity::force ) );
         const auto moments = state.nodes.moments;
+        const int first = state.nodes.force_column;
         const auto force = _force.field();
         const auto g = _g;
         Kokkos::parallel_for(
@@ -107,7 +108,7 @@ class Gravity : public Module<Dim>
                 for ( int d = 0; d < Dim; ++d )
                 {
                     force( i, d ) *= g[d]; // until here the mass
-                    moments( i, 1 + Dim + d ) += force( i, d );
+                    moments( i, first + d ) += force( i, d );
                 }
             } );
     }

@@ -5,8 +5,8 @@
 2D: a field and a numerical schlieren (schlieren.png).
 3D: the same on the three mid-planes (slices.png).
 All: a sheet of every output time (contact_sheet.png) and a movie (movie.mp4,
-or movie.gif where ffmpeg is missing), and report.html: pictures, tables and the
-input in one file. Prints the path of each.
+or movie.gif where ffmpeg is missing), and for a run of particles report.html:
+pictures, tables and the input in one file. Prints the path of each.
 Of a study: plot.py study DIR (plot_study.py).
 """
 import argparse
@@ -359,7 +359,7 @@ def draw(run, steps, options, folder):
     pictures = [folder / kinds[run.dimension], folder / "contact_sheet.png"]
     save(figure, pictures[0])
     save(contact_sheet(run, steps, options.field), pictures[1])
-    if run.summary:
+    if "particles_final" in run.summary: # the finite-volume reference has none
         path = folder / "report.html"
         path.write_text(plot_report.report(run.summary, pictures))
         print(path)

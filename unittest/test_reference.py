@@ -9,6 +9,7 @@ import math
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -212,6 +213,16 @@ class ReferenceTest(unittest.TestCase):
                     self.assertEqual(result.returncode, WRONG_INPUT)
                 else:
                     self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_pictures(self):
+        self.run_scene(INPUTS / "sod_2d.json", "grid.cells=[40,8]",
+                       "time.end=0.05")
+        result = subprocess.run(
+            [sys.executable, INPUTS.parent / "tools/plot.py", self.output,
+             "--no-movie"], capture_output=True, text=True, timeout=120)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("contact_sheet.png", result.stdout)
+        self.assertTrue((self.output / "schlieren.png").exists())
 
     def test_wrong_input(self):
         sod = INPUTS / "sod.json"

@@ -276,7 +276,8 @@ TYPED_TEST( Transfer, packsAddWhatTheirParticlesAdd )
     expectSameTerms<Impl::ConservativeTerms<Dim, true>, Basis>( state );
     expectSameTerms<Impl::ConservativeTerms<Dim, false>, Basis>( state );
     expectSameTerms<Impl::FaceTerms<Dim, 0, 1>, Basis>( state );
-    expectSameTerms<Impl::FaceTerms<Dim, 1 + 2 * Dim, 0>, Basis>( state );
+    expectSameTerms<Impl::FaceTerms<Dim, Impl::theta_column<Dim>, 0>, Basis>(
+        state );
 }
 
 } // namespace

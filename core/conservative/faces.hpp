@@ -3,7 +3,7 @@
   \brief `conservative` on the grid: volumes and pressures on the faces between
   nodes (docs/conservative.md, sections 2 to 4).
 
-  Column layout. moments: mass, momentum [Dim], force [Dim], theta [Dim].
+  Column layout. moments: mass, momentum [Dim], theta [Dim], force [Dim].
   inverse filling: 1/den [Dim].
   faces: what particles gather together, side by side, for each axis: before the
   force FaceRate, before G2P FaceMotion.
@@ -59,16 +59,26 @@ NodeComponents<face_columns * Dim> allFaceComponents()
     return list;
 }
 
-//! mass, momentum, force, theta
+//! Columns of velocities; in 3D padded, as particles read columns by fours.
 template <int Dim>
-NodeComponents<1 + 3 * Dim> conservativeMoments()
+inline constexpr int velocity_columns = Dim == 3 ? 8 : 2 * Dim + 1;
+
+//! First columns of moments' theta and force.
+template <int Dim>
+inline constexpr int theta_column = 1 + Dim;
+template <int Dim>
+inline constexpr int force_column = 1 + 2 * Dim;
+
+//! mass, momentum, theta: what particles deposit
+template <int Dim>
+NodeComponents<1 + 2 * Dim> conservativeMoments()
 {
-    NodeComponents<1 + 3 * Dim> list{};
-    const auto moments = momentComponents<Dim>();
-    for ( int c = 0; c < 1 + 2 * Dim; ++c )
-        list[c] = moments[c];
+    NodeComponents<1 + 2 * Dim> list{};
     for ( int a = 0; a < Dim; ++a )
-        list[1 + 2 * Dim + a] = faceComponents<Dim>()[a];
+    {
+        list[1 + a] = { Parity::velocity, a };
+        list[theta_column<Dim> + a] = faceComponents<Dim>()[a];
+    }
     return list;
 }
 
@@ -91,14 +101,14 @@ struct FaceTerms
     }
 };
 
-//! Mass and momentum, and theta behind the force if WithTheta.
+//! Mass and momentum, and theta if WithTheta.
 template <int Dim, bool WithTheta>
 struct ConservativeTerms
 {
     static constexpr int count = 1 + ( WithTheta ? 2 : 1 ) * Dim;
     KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
     {
-        return t <= Dim ? t : t + Dim;
+        return t;
     }
     KOKKOS_FORCEINLINE_FUNCTION static constexpr bool isAffine( const int t )
     {
@@ -120,18 +130,18 @@ KOKKOS_FORCEINLINE_FUNCTION void depositMoments(
     const VectorOf<Dim, Number>& v, const VectorOf<Dim, Number> ( &C )[Dim] )
 {
     // All at once where a register holds them.
-    constexpr bool together = lane_count > 1 && 1 + 3 * Dim <= 8;
+    constexpr bool together = lane_count > 1 && 1 + 2 * Dim <= 8;
     const auto faces = OtherWeights<Basis, Dim, Number>::faces( grid, s );
     const Number filling = volume / grid.cellVolume();
     Products<ConservativeTerms<Dim, together>, Dim, Number> terms;
     setMoments<Dim>( terms, mass, v, C );
     if constexpr ( together )
         for ( int a = 0; a < Dim; ++a )
-            terms.value[1 + Dim + a] = filling;
+            terms.value[theta_column<Dim> + a] = filling;
     addProducts( nodes, p, s, layout, faces, terms );
     if constexpr ( !together )
     {
-        Products<FaceTerms<Dim, 1 + 2 * Dim, 0>, Dim, Number> theta;
+        Products<FaceTerms<Dim, theta_column<Dim>, 0>, Dim, Number> theta;
         for ( int a = 0; a < Dim; ++a )
             theta.value[a] = filling;
         addProducts( nodes, p, s, layout, faces, theta );
@@ -237,8 +247,8 @@ void measureFaces( const State<Dim>& state, const NodeView& faces,
                 const int face = face_columns * a;
                 const Real d = difference( i );
                 const Real scale =
-                    1 /
-                    Kokkos::max( moments( i, 1 + 2 * Dim + a ), least_filling );
+                    1 / Kokkos::max( moments( i, theta_column<Dim> + a ),
+                                     least_filling );
                 inverse_filling( i, a ) = scale;
                 faces( i, face + Difference ) = d;
                 faces( i, face + Normalised ) = d * scale;
@@ -283,7 +293,7 @@ struct MeasureMotion
                     ? inverse_filling( i, a ) *
                           ( mean( next, a ) - mean( i, a ) ) * inverse[a]
                     : 0.0;
-            faces( i, face + Excess ) = moments( i, 1 + 2 * Dim + a ) - 1;
+            faces( i, face + Excess ) = moments( i, theta_column<Dim> + a ) - 1;
         }
     }
 };
@@ -313,7 +323,7 @@ void measureMotion( const MeasureMotion<Dim>& measure, const IndexList& rows )
 template <int Dim>
 IndexList listOuterFaces( const NodeLayout<Dim>& layout )
 {
-    return collect(
+    const auto found = collect(
         "Machpoint::outerFaces", 0, layout.total, layout.total,
         KOKKOS_LAMBDA( const int row ) {
             const auto i = layout.indices( row );
@@ -323,6 +333,9 @@ IndexList listOuterFaces( const NodeLayout<Dim>& layout )
                     return true;
             return false;
         } );
+    IndexList list( "Machpoint::outerFaces", found.extent( 0 ) );
+    Kokkos::deep_copy( list, found );
+    return list;
 }
 
 /*!
@@ -519,7 +532,7 @@ void applyPressure( const State<Dim>& state, const NodeView& inverse_filling,
             const Real m = moments( i, 0 );
             for ( int a = 0; a < Dim; ++a )
             {
-                const Real force = moments( i, 1 + Dim + a ) +
+                const Real force = moments( i, force_column<Dim> + a ) +
                                    cell_volume * inverse[a] *
                                        ( pressure( i - layout.stride[a], a ) -
                                          pressure( i, a ) );

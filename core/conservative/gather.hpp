@@ -58,7 +58,7 @@ struct Gathered
                          for ( int i = 0; i < Basis::nodes; ++i )
                          {
                              // v, v', beta and padding
-                             Number node[Dim == 3 ? 8 : 2 * Dim + 1];
+                             Number node[velocity_columns<Dim>];
                              loadRow( velocities,
                                       rowAt( s.base, line.shift + i ), node );
                              const Number own = 1 - node[2 * Dim]; // 1 - beta
