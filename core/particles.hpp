@@ -435,8 +435,8 @@ enum class DuringStep
 {
     changes, //!< its repetition needs the old values
     stays,   //!< nothing
-    renews   //!< it makes all anew before it reads it; sorts and messages leave
-             //!< it out
+    renews   //!< it makes all anew before it reads it; a sort, which follows the
+             //!< choice of dt, leaves it out
 };
 
 //! A sidecar with the given members (Cabana::MemberTypes).
@@ -504,8 +504,7 @@ class Sidecar : public SidecarBase
 #ifdef MACHPOINT_ENABLE_MPI
     void send( const ParticlePlan& plan, const IndexList& rows ) override
     {
-        if ( _during_step != DuringStep::renews )
-            _arrived = Impl::sendTuples( plan, _aosoa, rows );
+        _arrived = Impl::sendTuples( plan, _aosoa, rows );
     }
     void receive( const int first ) override
     {
