@@ -435,8 +435,8 @@ enum class DuringStep
 {
     changes, //!< its repetition needs the old values
     stays,   //!< nothing
-    renews   //!< it makes all anew before it reads it; a sort, which follows the
-             //!< choice of dt, leaves it out
+    renews //!< it makes all anew before it reads it; a sort, which follows the
+           //!< choice of dt, leaves it out
 };
 
 //! A sidecar with the given members (Cabana::MemberTypes).
