@@ -189,6 +189,7 @@ struct Conservative : MethodDefaults
         if ( parts.viscosity_limiter )
         {
             {
+                // Measures the faces in passing, which goes on its account.
                 const Profile::Effect effect( "viscosity limiter" );
                 Impl::measureFaces<true>( state, faces, storage.inverse_filling,
                                           parts.least_filling );

@@ -62,7 +62,7 @@ struct MethodDefaults
         return vectorComponents<Dim, 2>( Parity::velocity );
     }
 
-    //! Adds to the folded force what needs the grid velocity.
+    //! Between line 4 and line 5: what a force needs of the grid velocity.
     template <class Basis, int Dim, class StorageType, class Viscosity>
     static void stressForce( State<Dim>&, StorageType&, EquationOfState<Dim>&,
                              const Viscosity& )

@@ -37,8 +37,8 @@ struct Ledger
 template <int Dim>
 struct Nodes
 {
-    NodeView moments;           //!< mass, momentum [Dim], force [Dim], and more
-    int force_column = 1 + Dim; //!< the first of the force's
+    NodeView moments;           //!< mass, momentum [Dim], and more
+    int force_column = 1 + Dim; //!< the first of the force [Dim]
     NodeSum moment_sum;         //!< the sum that they are
     NodeView velocities;        //!< v_i [Dim], v'_i [Dim], and more
 };

@@ -436,7 +436,7 @@ enum class DuringStep
     changes, //!< its repetition needs the old values
     stays,   //!< nothing
     renews //!< it makes all anew before it reads it; a sort, which follows the
-           //!< choice of dt, leaves it out
+           //!< limits of dt, leaves it out
 };
 
 //! A sidecar with the given members (Cabana::MemberTypes).
@@ -679,7 +679,6 @@ class Particles
             sidecar->save();
         _returns = true;
         _has_kept = false;
-        keepIdentities();
     }
     //! @}
 

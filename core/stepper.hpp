@@ -383,6 +383,7 @@ class Stepper : public Simulation
     {
         auto& state = _scene.state;
         state.particles.restore();
+        _particles = comm().sum( std::int64_t( state.particles.size() ) );
         state.ledger = _saved_ledger;
         state.time = _saved_time;
         state.step = _saved_step;

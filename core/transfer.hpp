@@ -164,6 +164,7 @@ void advanceGridVelocity( const State<Dim>& state )
 {
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
+    const int force = state.nodes.force_column;
     const Real dt = state.dt;
     Kokkos::parallel_for(
         "Machpoint::advanceGridVelocity", Range( 0, state.layout.total ),
@@ -172,7 +173,7 @@ void advanceGridVelocity( const State<Dim>& state )
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, Dim + d ) =
                     velocities( i, d ) +
-                    ( m > 0 ? dt * moments( i, 1 + Dim + d ) / m : 0.0 );
+                    ( m > 0 ? dt * moments( i, force + d ) / m : 0.0 );
         } );
 }
 

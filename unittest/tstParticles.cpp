@@ -226,6 +226,34 @@ TEST( Particles, sortingCarriesSidecarsAlong )
     }
 }
 
+// Where rows have moved since the step, masses and ids return to theirs.
+TEST( Particles, restoringGivesBackMassesAndIds )
+{
+    Particles<2> particles;
+    auto& sidecar =
+        particles.addSidecar<Label>( "labels", DuringStep::changes );
+    const int n = 100;
+    number( particles, sidecar, n );
+    for ( const bool moves : { true, false, true } )
+    {
+        particles.beginStep( true );
+        particles.endStep();
+        if ( moves )
+        {
+            particles.keepIdentities();
+            const int removed = mark( particles, 3 );
+            particles.keepIdentities(); // too late: the first call counts
+            particles.removeMarked( removed );
+            EXPECT_LT( particles.size(), n );
+        }
+        particles.restore();
+        const auto list = ids( particles, sidecar );
+        ASSERT_EQ( list.size(), 100u );
+        for ( int p = 0; p < n; ++p )
+            EXPECT_EQ( list[p], p );
+    }
+}
+
 TEST( Particles, newSidecarEntriesAreZero )
 {
     Particles<2> particles;

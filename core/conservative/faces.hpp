@@ -130,7 +130,7 @@ KOKKOS_FORCEINLINE_FUNCTION void depositMoments(
     const VectorOf<Dim, Number>& v, const VectorOf<Dim, Number> ( &C )[Dim] )
 {
     // All at once where a register holds them.
-    constexpr bool together = lane_count > 1 && 1 + 2 * Dim <= 8;
+    constexpr bool together = 1 + 2 * Dim <= lane_count;
     const auto faces = OtherWeights<Basis, Dim, Number>::faces( grid, s );
     const Number filling = volume / grid.cellVolume();
     Products<ConservativeTerms<Dim, together>, Dim, Number> terms;
