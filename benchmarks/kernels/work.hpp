@@ -87,18 +87,16 @@ class WorkOfStep
     }
 
     //! `conservative`: x, C, m, V, p, c, and four rates written; on nodes
-    //! theta, v, 1/den, four fields on faces, their pressure, force and blend.
+    //! theta, v, 1/den, four fields on faces, their pressure and the blend.
     Work stress() const
     {
         if ( !is_conservative )
             return {};
-        const bool blends = s.dim > 1;
-        const Real on_nodes = D * ( 2 + 3 + 9 + 5 ) + 3;
-        return work( D + D * D + 4 + 4, 9 * D + ( blends ? 2 : 1 ),
+        return work( D + D * D + 4 + 4, 8 * D + ( blends() ? 1 : 0 ),
                      stencil() + 13 * faces +
-                         ( blends ? 3 * stencil_nodes + 5 : 0 ) +
+                         ( blends() ? 3 * stencil_nodes + 5 : 0 ) +
                          1.5 * D * ( D - 1 ) + 10,
-                     on_nodes );
+                     D * ( 2 + 3 + 9 ) );
     }
 
     //! x, v, C, V, e, m and p read; the first five written, as the new state
@@ -131,8 +129,16 @@ class WorkOfStep
                          tail );
     }
 
-    //! Mass, momentum and force read; v and v' written.
-    Work grid() const { return work( 0, 1 + 2 * D + 2 * D, 0, 4 * D ); }
+    //! Mass, momentum and force read; v and v' written. `conservative` reads
+    //! the pressure on faces, 1/den and the blend too, and writes beta.
+    Work grid() const
+    {
+        const Real moved = 1 + 2 * D + 2 * D;
+        if ( !is_conservative )
+            return work( 0, moved, 0, 4 * D );
+        return work( 0, moved + 2 * D + ( blends() ? 2 : 1 ), 0,
+                     4 * D + 5 * D + 3 );
+    }
 
     //! v, m, V, e read; p, c written, and the gas surveyed.
     Work equationOfState() const { return work( D + 5, 0, 2 * D + 12 ); }
@@ -150,6 +156,9 @@ class WorkOfStep
     }
 
   private:
+    //! Does the stress have a sum of the blend?
+    bool blends() const { return s.dim > 1; }
+
     static constexpr Real column = sizeof( Real );
 
     //! \param particle, node columns moved
