@@ -59,7 +59,8 @@ class BenchTest(unittest.TestCase):
                  for cells, ranks, copies in [
                      ((24, 24), 1, 1), ((24, 24), 2, 1), ((24, 24), 1, 2),
                      ((48, 24), 2, 1), ((24, 48), 2, 1)]]
-        results = {c: case.summarise([bench.run(c)]) for c in cases}
+        runs = {c: [bench.run(c)] for c in cases}
+        results = {c: case.summarise(found) for c, found in runs.items()}
         one, two, apart, tall, wide = results.values()
         self.assertEqual(one["halo_bytes"], 0)
         self.assertEqual(apart["collectives"], 0)
@@ -73,12 +74,20 @@ class BenchTest(unittest.TestCase):
         self.assertLess(fitted["halo_worst"], 1e-12)
         self.assertEqual(fitted["messages"], 5)
 
+        twice = case.Case(scene, (24, 48), 2, 3, domains=(1, 2))
+        runs[twice] = [bench.run(twice)] * 2
+        kept, = case.shares_kept([cases[0], cases[2], twice], runs)
+        self.assertEqual(kept["particles"], 4 * 24 * 24)
+        self.assertEqual(kept["2 ranks"],
+                         (one["step"] / runs[twice][0]["step"],) * 3)
+        self.assertEqual(kept["2 runs"],
+                         (one["step"] / apart["step"],) * 3)
         topics = {"strong": cases[:2], "weak": cases[:1], "apart": [cases[2]],
                   "stencil": [cases[1]]}
         bench.lacking["a case"] = "no such basis"
-        text = report.write(topics, results, bench, {1: 5e9, 2: 8e9},
+        text = report.write(topics, results, [kept], bench, {1: 5e9, 2: 8e9},
                             {2: fitted}, 1)
-        for part in ["1.60", "8.00 GB/s",
+        for part in ["1.60", "8.00 GB/s", "| 24 x 24 | 2,304 |",
                      "prediction", "no such basis",
                      bench.commands[cases[1].name]]:
             self.assertIn(part, text)

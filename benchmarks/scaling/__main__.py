@@ -7,22 +7,22 @@ Usage: python3 benchmarks/scaling [--machpoint PATH] [--fast] [--docs]
 Runs scenes on 1, 2 and 4 ranks of one thread each, in turn, so that a drift of the
 machine meets all alike; prints medians and writes DIR/results.json. Beside them
 stand what the machine itself allows in the same session (memory bandwidth of one
-process and of two, two runs that know nothing of each other), what wider B-splines
-cost in messages, and a model of the costs. --docs writes docs/scaling.md too. A
-case that the build lacks (dimension, basis) is left out, and named. On a machine
-with other work going on, figures mean little. Exit code: 0.
+process and of two, two runs that know nothing of each other), how much work a rank
+needs (load), what wider B-splines cost in messages, and a model of the costs. --docs
+writes docs/scaling.md too. A case that the build lacks (dimension, basis) is left
+out, and named. On a machine with other work going on, figures mean little. Exit
+code: 0.
 """
 import argparse
 import json
 import os
 import pathlib
-import statistics
 import subprocess
 import sys
 
 import model
 import report
-from case import ROOT, Bench, Case, summarise
+from case import ROOT, Bench, Case, shares_kept, summarise
 
 
 def cases(fast, steps=None):
@@ -33,12 +33,21 @@ def cases(fast, steps=None):
                                "cylinder_mach3")
     wide = 60 if fast else 200
     cube = 16 if fast else 24
+    sides = {vortex: (16, 24) if fast else (32, 64, 256, 512),
+             sedov: (12,) if fast else (12, 48)}
 
     def made(scene, cells, ranks, **more):
         return Case(scene, tuple(cells), ranks, steps, **more)
 
     def grown(cells, times):
         return tuple(n * k for n, k in zip(cells, times))
+
+    def pair(scene, cells):
+        """One rank, two with as many cells each, two runs apart."""
+        times = (1,) * (len(cells) - 1) + (2,)
+        return [made(scene, cells, 1),
+                made(scene, grown(cells, times), 2, domains=times),
+                made(scene, cells, 1, copies=2)]
 
     box = (flat, flat)
     block = (cube, cube, cube)
@@ -54,6 +63,8 @@ def cases(fast, steps=None):
                  for r, times in ((2, (1, 1, 2)), (4, (1, 2, 2)))],
         "apart": [made(vortex, box, 1, copies=2),
                   made(sedov, block, 1, copies=2)],
+        "load": [c for scene, lengths in sides.items() for n in lengths
+                 for c in pair(scene, (n,) * (2 if scene == vortex else 3))],
         "stencil": [made(vortex, box, 2, method=method, basis=basis)
                     for method in ("apic", "conservative")
                     for basis in ("linear", "quadratic", "cubic")],
@@ -85,19 +96,14 @@ def show(name, f):
           f"({1e3 * low:.2f} to {1e3 * high:.2f}): {parts}", flush=True)
 
 
-def show_weak(topics, runs):
-    """What two ranks keep of one rank's speed, and what two runs do that share
-    nothing but the machine: medians of the ratios within each round."""
-    alone = {c.scene: runs[c] for c in topics["weak"] if c.ranks == 1}
-    twice = [c for c in topics["weak"] if c.ranks == 2] + topics["apart"]
-    for case in [c for c in twice if c.scene in alone]:
-        ratios = sorted(one["step"] / both["step"] for one, both
-                        in zip(alone[case.scene], runs[case]))
-        if ratios:
-            what = f"{case.ranks} ranks" if case.ranks > 1 else "2 runs"
-            print(f"{case.scene}, {what}: efficiency "
-                  f"{statistics.median(ratios):.3f} ({ratios[0]:.2f} to "
-                  f"{ratios[-1]:.2f}) in {len(ratios)} rounds")
+def show_kept(kept):
+    for row in kept:
+        for what in ("2 ranks", "2 runs"):
+            if row[what]:
+                median, low, high = row[what]
+                print(f"{row['scene']}, {row['particles']:,} particles a rank, "
+                      f"{what}: efficiency {median:.3f} ({low:.2f} to "
+                      f"{high:.2f})")
 
 
 def main():
@@ -145,7 +151,9 @@ def main():
     results = {case: summarise(found) for case, found in runs.items() if found}
     for case, figures in results.items():
         show(case.name, figures)
-    show_weak(topics, runs)
+    kept = shares_kept([c for topic in ("weak", "apart", "load")
+                        for c in topics[topic]], runs)
+    show_kept(kept)
     for name, reason in bench.lacking.items():
         print(f"{name}: left out: {reason}")
     fits = {}
@@ -170,10 +178,11 @@ def main():
         "cores": os.cpu_count(), "repeats": repeats,
         "cases": {case.name: figures for case, figures in results.items()},
         "commands": bench.commands, "left_out": bench.lacking,
+        "efficiency_of_two": kept,
         "memory_bandwidth": memory, "model": fits}, indent=2) + "\n")
     if arguments.docs:
         (ROOT / "docs" / "scaling.md").write_text(report.write(
-            topics, results, bench, memory, fits, repeats))
+            topics, results, kept, bench, memory, fits, repeats))
     return 0
 
 

@@ -38,7 +38,15 @@ class Case:
                  self.basis, f"{self.ranks}_ranks"]
         if self.copies > 1:
             words.append(f"{self.copies}_copies")
+        if self.domains:
+            words.append("x".join(map(str, self.domains)) + "_domains")
         return "-".join(words)
+
+    @property
+    def cells_of_rank(self):
+        """Of the case that has them on one rank."""
+        return tuple(n // times for n, times in
+                     zip(self.cells, self.domains or (1,) * len(self.cells)))
 
     def settings(self):
         """Overrides of the input: size and method, and one output, at the
@@ -161,3 +169,27 @@ def summarise(runs):
                            max(r["step"] for r in runs)]
     found["runs"] = len(runs)
     return found
+
+
+def shares_kept(cases, runs):
+    """What two ranks keep of one rank's speed, and two runs that share nothing
+    but the machine: median, least and largest of the ratios within each round,
+    one row for each scene and size."""
+    alone = {(c.scene, c.cells): runs[c] for c in cases
+             if c.ranks == c.copies == 1}
+    rows = {}
+    for case in cases:
+        key = case.scene, case.cells_of_rank
+        if (case.ranks * case.copies != 2 or not alone.get(key)
+                or not runs[case]):
+            continue
+        row = rows.setdefault(key, {
+            "scene": case.scene, "cells": case.cells_of_rank,
+            "particles": alone[key][0]["particles"],
+            "2 ranks": None, "2 runs": None})
+        ratios = [one["step"] / both["step"]
+                  for one, both in zip(alone[key], runs[case])]
+        row["2 ranks" if case.ranks == 2 else "2 runs"] = (
+            statistics.median(ratios), min(ratios), max(ratios))
+    return sorted(rows.values(), key=lambda r: (len(r["cells"]),
+                                                r["particles"]))

@@ -97,6 +97,20 @@ def stencil(topics, results):
                   "waiting ms", "step ms"], rows)
 
 
+def loads(kept):
+    """A table of case.shares_kept."""
+    def cell(shares):
+        if not shares:
+            return "-"
+        median, low, high = shares
+        return f"{median:.2f} ({low:.2f} to {high:.2f})"
+    return table(["scene", "cells of a rank", "particles of a rank", "2 ranks",
+                  "2 runs apart"],
+                 [[row["scene"], " x ".join(map(str, row["cells"])),
+                   f"{row['particles']:,}", cell(row["2 ranks"]),
+                   cell(row["2 runs"])] for row in kept])
+
+
 def output(topics, results):
     rows = [[case.scene, size(case), ranks(case),
              milliseconds(results[case]["output"])]
@@ -153,7 +167,7 @@ def processor():
     return "an unnamed processor"
 
 
-def write(topics, results, bench, memory, fits, repeats):
+def write(topics, results, kept, bench, memory, fits, repeats):
     """The whole page."""
     text = HEAD.format(revision=bench.revision, processor=processor(),
                        cores=os.cpu_count(), repeats=repeats)
@@ -189,6 +203,14 @@ Efficiency: time of a step on one rank over that on all.
 """
     text += scaling(topics["weak"], results,
                     lambda f, one, case: one["step"] / f["step"])
+    text += """
+## How much work a rank needs
+
+Efficiency of weak scaling on two ranks, and of two runs at once that share nothing
+but the machine: medians of the ratios within each round, and their range.
+
+"""
+    text += loads(kept)
     first = next(c for c in topics["stencil"])
     text += f"""
 ## What wider B-splines cost
