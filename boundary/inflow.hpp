@@ -87,11 +87,10 @@ class Inflow : public SideBoundary<Dim>
             } );
     }
 
-    int applyToParticles( State<Dim>& state ) override
+    void applyToParticles( State<Dim>& state ) override
     {
-        const int removed = Impl::markBeyond( state, this->_part );
+        Impl::markBeyond( state, this->_part );
         imposeStream( state );
-        return removed;
     }
 
     void inject( State<Dim>& state ) override

@@ -113,34 +113,9 @@ class Obstacle : public Module<Dim>
         const auto shape = _shape;
         const auto grid = state.grid;
         const Real reach = _image_reach * grid.minSpacing();
-        const int n = state.particles.size();
-        if ( static_cast<int>( _distances.extent( 0 ) ) < n )
-            _distances = Kokkos::View<Real*, MemorySpace>(
-                Kokkos::view_alloc( "Machpoint::distances",
-                                    Kokkos::WithoutInitializing ),
-                n + n / 4 );
-        const auto distances = _distances;
-        int near = 0;
-        Kokkos::parallel_reduce(
-            "Machpoint::distances", packs( n ),
-            KOKKOS_LAMBDA( const int k, int& count ) {
-                const Pack pack = Pack::of( k, n );
-                const auto y = loadVector<Dim>( x, pack );
-                const bool is_far =
-                    !any( shape.distanceBound( y ) < Lanes( reach ) );
-                forEachOf( pack,
-                           [&]( const int p )
-                           {
-                               distances( p ) =
-                                   is_far ? reach
-                                          : shape.distance( get<Dim>( x, p ) );
-                               count += distances( p ) < reach ? 1 : 0;
-                           } );
-            },
-            near );
-        const auto rows = collect(
-            "Machpoint::findNear", 0, n, near,
-            KOKKOS_LAMBDA( const int p ) { return distances( p ) < reach; } );
+        findNear( state, reach );
+        const auto rows = _near;
+        const int near = rows.extent_int( 0 );
         auto& images = state.images;
         images.reserve( near );
         _first_image = images.count;
@@ -151,7 +126,8 @@ class Obstacle : public Module<Dim>
             KOKKOS_LAMBDA( const int i, int& k, const bool final ) {
                 const int p = rows( i );
                 const auto y = get<Dim>( x, p );
-                const Mirror<Dim> mirror{ shape.normal( y ), distances( p ) };
+                const auto nearest = shape.nearest( y );
+                const Mirror<Dim> mirror{ nearest.normal, nearest.distance };
                 const auto image = mirror.point( y );
                 for ( int d = 0; d < Dim; ++d )
                     if ( image[d] < grid.lower[d] - grid.spacing[d] ||
@@ -210,51 +186,46 @@ class Obstacle : public Module<Dim>
                 _impulse.value[d] += impulse.value[d];
     }
 
-    int applyToParticles( State<Dim>& state ) override
+    void applyToParticles( State<Dim>& state ) override
     {
         const auto x = state.particles.template slice<Position>();
-        const auto V = state.particles.template slice<Volume>();
-        const auto pressure = state.particles.template slice<Pressure>();
         const auto shape = _shape;
         const Real h = state.grid.minSpacing();
+        // What is within a cell now was within 1 + CFL before its last move, as
+        // none should go further; one that did is found in the next step.
+        if ( !_has_images || _image_reach < 1 + state.cfl )
+            findNear( state, h );
+        const auto V = state.particles.template slice<Volume>();
+        const auto pressure = state.particles.template slice<Pressure>();
+        const auto noted = state.noted;
+        const auto rows = _near;
         const Real cell_volume = state.grid.cellVolume();
         ReproducibleSum force, volume;
-        const int n = state.particles.size();
         Kokkos::parallel_reduce(
-            "Machpoint::pushOut", packs( n ),
+            "Machpoint::pushOut", Range( 0, rows.extent_int( 0 ) ),
             KOKKOS_LAMBDA( const int k, ReproducibleSum& pV,
                            ReproducibleSum& sum ) {
-                const Pack pack = Pack::of( k, n );
-                const auto places = loadVector<Dim>( x, pack );
-                if ( !any( shape.distanceBound( places ) <= Lanes( h ) ) )
+                const int p = rows( k );
+                Vector<Dim> y = get<Dim>( x, p );
+                Real distance = shape.distance( y );
+                if ( distance > h )
                     return;
-                forEachOf( pack,
-                           [&]( const int p )
-                           {
-                               Vector<Dim> y = get<Dim>( x, p );
-                               Real distance = shape.distance( y );
-                               if ( distance > h )
-                                   return;
-                               // One particle of a thin wake must not outweigh
-                               // all others.
-                               const Real weight =
-                                   Kokkos::min( V( p ), cell_volume );
-                               pV += pressure( p ) * weight;
-                               sum += weight;
-                               // Leaving one part of a union may lead into
-                               // another.
-                               for ( int attempt = 0;
-                                     distance < 0 && attempt < 8; ++attempt )
-                               {
-                                   const auto normal = shape.normal( y );
-                                   for ( int d = 0; d < Dim; ++d )
-                                       y[d] +=
-                                           ( 1e-6 * h - distance ) * normal[d];
-                                   distance = shape.distance( y );
-                                   for ( int d = 0; d < Dim; ++d )
-                                       x( p, d ) = y[d];
-                               }
-                           } );
+                // One particle of a thin wake must not outweigh all others.
+                const Real weight = Kokkos::min( V( p ), cell_volume );
+                pV += pressure( p ) * weight;
+                sum += weight;
+                if ( distance < 0 )
+                    noted.note( p );
+                // Leaving one part of a union may lead into another.
+                for ( int attempt = 0; distance < 0 && attempt < 8; ++attempt )
+                {
+                    const auto normal = shape.normal( y );
+                    for ( int d = 0; d < Dim; ++d )
+                        y[d] += ( 1e-6 * h - distance ) * normal[d];
+                    distance = shape.distance( y );
+                    for ( int d = 0; d < Dim; ++d )
+                        x( p, d ) = y[d];
+                }
             },
             force, volume );
         if ( _has_images )
@@ -270,7 +241,6 @@ class Obstacle : public Module<Dim>
         row.push_back( around > 0 ? sums[0].value() / around : 0 );
         _series.rows.push_back( std::move( row ) );
         _impulse = Impulse{};
-        return 0;
     }
 
     void rejectStep( State<Dim>& ) override { _impulse = Impulse{}; }
@@ -280,6 +250,35 @@ class Obstacle : public Module<Dim>
     void checkpoint( Archive& archive ) override
     {
         _series.checkpoint( archive );
+    }
+
+    //! Lists the particles within a distance of the surface, and those inside.
+    void findNear( const State<Dim>& state, const Real reach )
+    {
+        const auto x = state.particles.template slice<Position>();
+        const auto shape = _shape;
+        const int n = state.particles.size();
+        auto isNear = KOKKOS_LAMBDA( const int p )
+        {
+            const auto y = get<Dim>( x, p );
+            return shape.distanceBound( y ) <= reach &&
+                   shape.distance( y ) <= reach;
+        };
+        _noted.clear( n );
+        const auto noted = _noted;
+        Kokkos::parallel_for(
+            "Machpoint::noteNear", packs( n ), KOKKOS_LAMBDA( const int k ) {
+                const Pack pack = Pack::of( k, n );
+                const auto y = loadVector<Dim>( x, pack );
+                if ( any( shape.distanceBound( y ) <= Lanes( reach ) ) )
+                    forEachOf( pack,
+                               [&]( const int p )
+                               {
+                                   if ( isNear( p ) )
+                                       noted.note( p );
+                               } );
+            } );
+        _near = _noted.rows( n, isNear );
     }
 
     //! What the images gained, the gas has given to the solid.
@@ -313,7 +312,8 @@ class Obstacle : public Module<Dim>
     bool _has_images;
     Real _image_reach;
     int _first_image = 0, _last_image = 0; // of this obstacle, in this step
-    Kokkos::View<Real*, MemorySpace> _distances;
+    RowList _noted{ "Machpoint::nearObstacle" }; // scratch of findNear
+    IndexList _near;                             // particles
     bool _bilateral;
     Real _reach;
     IndexList _nodes;

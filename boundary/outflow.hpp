@@ -13,20 +13,19 @@ namespace Machpoint
 namespace Impl
 {
 //! Marks the particles beyond part of a side for removal and adds their mass
-//! to the ledger. \return how many
+//! to the ledger.
 template <int Dim>
-int markBeyond( State<Dim>& state, const SidePart<Dim>& part )
+void markBeyond( State<Dim>& state, const SidePart<Dim>& part )
 {
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
     const auto id = state.particles.template slice<Id>();
     const auto grid = state.grid;
     ReproducibleSum mass;
-    int count = 0;
     const auto rows = state.leavers;
     Kokkos::parallel_reduce(
         "Machpoint::outflow", Range( 0, rows.extent_int( 0 ) ),
-        KOKKOS_LAMBDA( const int k, ReproducibleSum& mass_sum, int& marked ) {
+        KOKKOS_LAMBDA( const int k, ReproducibleSum& mass_sum ) {
             const int p = rows( k );
             const auto y = get<Dim>( x, p );
             const Real depth = part.depth( grid, y );
@@ -35,12 +34,10 @@ int markBeyond( State<Dim>& state, const SidePart<Dim>& part )
                  !part.contains( grid, y ) )
                 return;
             mass_sum += m( p );
-            ++marked;
             id( p ) = -1;
         },
-        mass, count );
+        mass );
     state.ledger.mass_out += mass;
-    return count;
 }
 } // namespace Impl
 
@@ -67,9 +64,9 @@ class Outflow : public SideBoundary<Dim>
     }
     bool isOpen() const override { return true; }
 
-    int applyToParticles( State<Dim>& state ) override
+    void applyToParticles( State<Dim>& state ) override
     {
-        return Impl::markBeyond( state, this->_part );
+        Impl::markBeyond( state, this->_part );
     }
 };
 

@@ -37,11 +37,11 @@ class Periodic : public Module<Dim>
     }
 
     //! The upper side acts for both.
-    int applyToParticles( State<Dim>& state ) override
+    void applyToParticles( State<Dim>& state ) override
     {
         const int axis = _side / 2;
         if ( _side % 2 == 0 )
-            return 0;
+            return;
         const auto x = state.particles.template slice<Position>();
         const Real lower = state.grid.lower[axis];
         const Real upper = state.grid.upper[axis];
@@ -58,7 +58,6 @@ class Periodic : public Module<Dim>
                 // -1e-17 + length rounds to length, which has no cell.
                 place = moved < length ? lower + moved : lower;
             } );
-        return 0;
     }
 
   private:

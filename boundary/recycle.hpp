@@ -47,7 +47,7 @@ class Recycle : public Module<Dim>
     }
     bool isOpen() const override { return true; }
 
-    int applyToParticles( State<Dim>& state ) override
+    void applyToParticles( State<Dim>& state ) override
     {
         const auto x = state.particles.template slice<Position>();
         const auto v = state.particles.template slice<Velocity>();
@@ -84,7 +84,6 @@ class Recycle : public Module<Dim>
                 }
                 stream.impose( p, v, L, m, V, e );
             } );
-        return 0;
     }
 
   private:

@@ -37,7 +37,7 @@ class Wall : public SideBoundary<Dim>
         return { { this->_part.side, Kind } };
     }
 
-    int applyToParticles( State<Dim>& state ) override
+    void applyToParticles( State<Dim>& state ) override
     {
         const auto x = state.particles.template slice<Position>();
         const auto v = state.particles.template slice<Velocity>();
@@ -64,7 +64,6 @@ class Wall : public SideBoundary<Dim>
                 // A position on the upper side would have no cell.
                 x( p, axis ) = Kokkos::clamp( x( p, axis ), lower, inside );
             } );
-        return 0;
     }
 };
 

@@ -15,13 +15,18 @@ namespace Machpoint
 
 namespace Impl
 {
-//! Puts a short list in ascending order.
-inline void sortRows( const IndexList& list )
+//! The rows of a short list that are not negative, ascending, each once.
+inline IndexList sortRows( const IndexList& list )
 {
     const auto host =
         Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), list );
-    std::sort( host.data(), host.data() + host.size() );
+    int* const end = host.data() + host.size();
+    std::sort( host.data(), end );
+    int* const first = std::lower_bound( host.data(), end, 0 );
+    int* const last = std::unique( first, end );
     Kokkos::deep_copy( list, host );
+    return Kokkos::subview(
+        list, Kokkos::make_pair( first - host.data(), last - host.data() ) );
 }
 } // namespace Impl
 
@@ -48,30 +53,38 @@ IndexList collect( const char* label, const int begin, const int end,
         } );
     int found = 0;
     Kokkos::deep_copy( found, count );
-    const IndexList list =
-        Kokkos::subview( rows, Kokkos::make_pair( 0, found ) );
-    Impl::sortRows( list );
-    return list;
+    return Impl::sortRows(
+        Kokkos::subview( rows, Kokkos::make_pair( 0, found ) ) );
 }
 
 /*!
   \brief Rows that kernels note in passing, so that nobody has to look for them.
-  Holds the few of a usual step; where there are more, it looks after all.
+  Holds the few of a usual step; where there are more, it looks at all.
 */
 class RowList
 {
   public:
+    //! \param label of its memory and of the kernel that tests what was noted
+    explicit RowList( const std::string& label = "Machpoint::notedRows" )
+        : _noted( label, 0 ), _rows( label, 0 ), _count( label )
+    {
+    }
+
     //! Before the kernels: forgets all. \param n rows that there are
     void clear( const int n )
     {
         const int room = 1024 + n / 16;
         if ( _noted.extent_int( 0 ) < room )
+        {
             Kokkos::realloc( Kokkos::WithoutInitializing, _noted,
                              room + room / 4 );
+            Kokkos::realloc( Kokkos::WithoutInitializing, _rows,
+                             room + room / 4 );
+        }
         Kokkos::deep_copy( ExecutionSpace(), _count, 0 );
     }
 
-    //! On the device, at most once for a row.
+    //! On the device.
     KOKKOS_FORCEINLINE_FUNCTION void note( const int p ) const
     {
         const int k = Kokkos::atomic_fetch_add( &_count(), 1 );
@@ -97,23 +110,29 @@ class RowList
         return noted;
     }
 
-    //! After the kernels: the rows, ascending. \param n rows that there are
-    //! \param test finds those that were noted, callable on the device
+    //! After the kernels: those of the rows noted that a test is true of,
+    //! ascending, each once; until the next call. \param n rows that there are
+    //! \param test callable on the device
     template <class Test>
     IndexList rows( const int n, const Test& test ) const
     {
         const int noted = count();
         if ( noted > _noted.extent_int( 0 ) )
-            return collect( "Machpoint::manyRows", 0, n, noted, test );
+            return collect( "Machpoint::manyRows", 0, n, n, test );
         const IndexList list =
-            Kokkos::subview( _noted, Kokkos::make_pair( 0, noted ) );
-        Impl::sortRows( list );
-        return list;
+            Kokkos::subview( _rows, Kokkos::make_pair( 0, noted ) );
+        const auto all = _noted;
+        Kokkos::parallel_for(
+            _noted.label(), Range( 0, noted ), KOKKOS_LAMBDA( const int k ) {
+                list( k ) = test( all( k ) ) ? all( k ) : -1;
+            } );
+        return Impl::sortRows( list );
     }
 
   private:
     IndexList _noted;
-    Kokkos::View<int, MemorySpace> _count{ "Machpoint::rowsNoted" };
+    IndexList _rows; // those of the last test
+    Kokkos::View<int, MemorySpace> _count;
 };
 
 } // namespace Machpoint

@@ -80,16 +80,6 @@ struct BoxFinder
 
     Grid<Dim> grid;
     Kokkos::Array<CutView, Dim> cuts;
-    CellBox<Dim> home = {}; //!< this rank's cells, or none
-
-    //! Are positions of particles or packs surely in this rank's cells? That
-    //! saves most of them the search. \param x [Dim]
-    template <class Number>
-    KOKKOS_FORCEINLINE_FUNCTION auto
-    isHome( const Kokkos::Array<Number, Dim>& x ) const
-    {
-        return home.surelyContains( grid, x );
-    }
 
     //! \param x [Dim] \return number of the box, x first
     KOKKOS_INLINE_FUNCTION int operator()( const Vector<Dim>& x ) const
@@ -115,7 +105,7 @@ struct BoxFinder
 template <int Dim>
 BoxFinder<Dim> findBoxes( const Grid<Dim>& grid, const Cuts<Dim>& cuts )
 {
-    BoxFinder<Dim> finder{ grid, {}, {} };
+    BoxFinder<Dim> finder{ grid, {} };
     for ( int d = 0; d < Dim; ++d )
     {
         finder.cuts[d] = typename BoxFinder<Dim>::CutView( "Machpoint::cuts",
@@ -238,7 +228,7 @@ class Decomposition
     //! Finds the rank that has a position's cell; for kernels.
     BoxFinder<Dim> finder( const Grid<Dim>& grid ) const
     {
-        return { grid, _device_cuts, box() };
+        return { grid, _device_cuts };
     }
 
   private:

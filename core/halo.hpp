@@ -130,46 +130,95 @@ struct NodeWeights
     }
 };
 
-//! Marks of particles, [>= particles].
-using MarkView = Kokkos::View<bool*, MemorySpace>;
-
-//! Which particles a kernel serves: by default all.
-struct Part
+//! Numbers of the packs that a kernel has put off.
+struct PackList
 {
-    MarkView marks = {};
-    bool marked = true; //!< those with the mark, or those without
+    IndexList packs;
+    Kokkos::View<int, MemorySpace> count;
 
-    //! The second of two, for which messages have come?
-    bool isRest() const { return marks.data() && marked; }
-    KOKKOS_FORCEINLINE_FUNCTION bool contains( const int p ) const
+    //! Forgets all. \param n packs that there are
+    void clear( const int n )
     {
-        return !marks.data() || marks( p ) == marked;
+        if ( packs.extent_int( 0 ) < n )
+            Kokkos::realloc( Kokkos::WithoutInitializing, packs, n + n / 4 );
+        if ( !count.is_allocated() )
+            count = Kokkos::View<int, MemorySpace>( "Machpoint::packsPutOff" );
+        Kokkos::deep_copy( ExecutionSpace(), count, 0 );
     }
-    KOKKOS_FORCEINLINE_FUNCTION LaneMask contains( const Pack p ) const
+};
+
+/*!
+  \brief Which packs of particles a kernel serves: by default all.
+
+  While messages are under way it serves the `inner` ones, whose stencils stay
+  within a box that needs none of them, and lists those that it puts off; `rest`
+  are these.
+*/
+template <int Dim>
+class Part
+{
+  public:
+    Part() = default;
+
+    //! \param inner cells whose particles need no halo
+    //! \param others cleared
+    Part( const Grid<Dim>& grid, const CellBox<Dim>& inner,
+          const PackList& others )
+        : _kind( Kind::inner ), _grid( grid ), _inner( inner ),
+          _others( others )
     {
-#ifdef MACHPOINT_HAS_LANES
-        if ( !marks.data() )
-            return LaneMask( true );
-        // Mostly all alike: only some are near a cut.
-        int ours = 0;
-        for ( int l = 0; l < p.count; ++l )
-            ours += marks( p.first + l ) == marked ? 1 : 0;
-        if ( ours == 0 || ours == p.count )
-            return LaneMask( ours > 0 );
-        return Lanes( 0.5 ) <
-               Lanes(
-                   [&]( const auto l )
-                   {
-                       const int last = p.count - 1;
-                       const int k = static_cast<int>( l );
-                       return contains( p.first + ( k < last ? k : last ) )
-                                  ? 1.0
-                                  : 0.0;
-                   } );
-#else
-        return contains( p.first );
-#endif
     }
+
+    //! The packs that a kernel has put off since.
+    Part rest() const
+    {
+        Part part = *this;
+        part._kind = Kind::rest;
+        return part;
+    }
+
+    bool isInner() const { return _kind == Kind::inner; }
+    bool isRest() const { return _kind == Kind::rest; }
+
+    //! What a kernel runs over, for n particles.
+    Range range( const int n ) const
+    {
+        if ( !isRest() )
+            return packs( n );
+        int count = 0;
+        Kokkos::deep_copy( count, _others.count );
+        return Range( 0, count );
+    }
+    //! Pack k of the range.
+    KOKKOS_FORCEINLINE_FUNCTION Pack pack( const int k, const int n ) const
+    {
+        return Pack::of( _kind == Kind::rest ? _others.packs( k ) : k, n );
+    }
+    //! Is the pack to be left alone for now? Each may be asked once.
+    //! \param x of its particles [Dim]
+    KOKKOS_FORCEINLINE_FUNCTION bool
+    putsOff( const Pack p, const VectorOf<Dim, Lanes>& x ) const
+    {
+        if ( _kind != Kind::inner ||
+             !any( active( p ) && !_inner.surelyContains( _grid, x ) ) )
+            return false;
+        _others.packs( Kokkos::atomic_fetch_add( &_others.count(), 1 ) ) =
+            p.first / lane_count;
+        return true;
+    }
+
+  private:
+    enum class Kind : int
+    {
+        all,
+        inner,
+        rest
+    };
+
+    Kind _kind = Kind::all;
+    Grid<Dim> _grid = {};
+    CellBox<Dim> _inner = {};
+    PackList _others;
 };
 
 //! Images of nodes beyond the box of a rank.
@@ -296,28 +345,29 @@ class Halo
 
     /*!
       \brief fill, and what reads the field while messages are under way.
-      \param waiting marks of the particles that need the halo
+      \param inner part that needs no halo, or all: then nothing is done
+      meanwhile
       \param work called with a Part, host: where no axis is cut once, else
-      first with the particles that need no halo, then with the others
+      first with the inner one, then with the rest
     */
     template <std::size_t N, class Work>
     void fill( const NodeView& field, const NodeComponents<N>& components,
-               const MarkView& waiting, const Work& work ) const
+               const Part<Dim>& inner, const Work& work ) const
     {
         constexpr int columns = static_cast<int>( N );
         bool worked = false;
         for ( int axis = 0; axis < Dim; ++axis )
         {
             _exchange.start( field, axis, columns, _within[axis] );
-            if ( !worked && isCut( axis ) )
+            if ( !worked && isCut( axis ) && inner.isInner() )
             {
-                work( Part{ waiting, false } );
+                work( inner );
                 worked = true;
             }
             overSides( "Machpoint::fill", axis, field, components, FillNode{} );
             _exchange.finish( field, axis, columns, _within[axis], SetValue{} );
         }
-        work( worked ? Part{ waiting, true } : Part{} );
+        work( worked ? inner.rest() : Part<Dim>{} );
     }
 
     // Public only because nvcc wants the types and the parent function of a

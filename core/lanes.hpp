@@ -147,26 +147,6 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Real value,
 {
     slice( p.first, d... ) = value;
 }
-template <class Slice, class... D>
-KOKKOS_FORCEINLINE_FUNCTION void
-storeWhere( const LaneMask mask, const Slice& slice, const Real value,
-            const Pack p, const D... d )
-{
-    if ( mask )
-        slice( p.first, d... ) = value;
-}
-template <class From, class To>
-KOKKOS_FORCEINLINE_FUNCTION void copy( const From& from, const To& to,
-                                       const Pack p )
-{
-    to( p.first ) = from( p.first );
-}
-
-//! Nothing to do here: threads wait for memory in turns.
-template <class Slice>
-KOKKOS_FORCEINLINE_FUNCTION void prefetchForTest( const Slice&, const int )
-{
-}
 
 #else
 
@@ -180,10 +160,6 @@ inline bool any( const LaneMask& mask )
 {
     return Kokkos::Experimental::any_of( mask );
 }
-inline bool all( const LaneMask& mask )
-{
-    return Kokkos::Experimental::all_of( mask );
-}
 
 //! Tiles ahead of a kernel that the processor is told to fetch. It takes some
 //! members of every tile, in an order that the processor does not foresee.
@@ -195,15 +171,6 @@ KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
                                            const D... d )
 {
     __builtin_prefetch( &slice( p, d... ) + tiles_ahead * Slice::soa_stride );
-}
-
-//! The same for a kernel that does no more than look at one number, which has
-//! passed many tiles before the memory answers.
-template <class Slice>
-KOKKOS_FORCEINLINE_FUNCTION void prefetchForTest( const Slice& slice,
-                                                  const int p )
-{
-    __builtin_prefetch( &slice( p ) + 4 * tiles_ahead * Slice::soa_stride );
 }
 
 // A slice of an AoSoA holds as many neighbours as its tiles are long, and packs
@@ -226,28 +193,6 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Lanes& value,
     static_assert( Slice::vector_length % lane_count == 0 );
     std::memcpy( &slice( p.first, d... ), static_cast<const void*>( &value ),
                  sizeof( Lanes ) );
-}
-
-//! Stores the lanes of a mask and leaves the others.
-template <class Slice, class... D>
-KOKKOS_FORCEINLINE_FUNCTION void
-storeWhere( const LaneMask& mask, const Slice& slice, const Lanes& value,
-            const Pack p, const D... d )
-{
-    if ( all( mask ) )
-        store( slice, value, p, d... );
-    else
-        store( slice, choose( mask, value, load( slice, p, d... ) ), p, d... );
-}
-//! Copies a number of each particle, of any type of 8 bytes.
-template <class From, class To>
-KOKKOS_FORCEINLINE_FUNCTION void copy( const From& from, const To& to,
-                                       const Pack p )
-{
-    static_assert( sizeof( typename From::value_type ) == sizeof( Real ) );
-    static_assert( sizeof( typename To::value_type ) == sizeof( Real ) );
-    prefetch( from, p.first );
-    std::memcpy( &to( p.first ), &from( p.first ), sizeof( Lanes ) );
 }
 
 KOKKOS_FORCEINLINE_FUNCTION Lanes at( const NodeView& nodes,

@@ -39,7 +39,7 @@ constexpr Real widest_volume = 4;
   shock on any grid (0.2 % with exp; examples/piston).
 */
 template <class Basis, int Dim>
-void gridToParticlesApic( const State<Dim>& state, const Part& part )
+void gridToParticlesApic( const State<Dim>& state, const Part<Dim>& part )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
@@ -61,12 +61,12 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
     const Real widest = widest_volume * grid.cellVolume();
     const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::gridToParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const LaneMask mine = part.contains( p );
-            if ( !any( mine ) )
-                return;
+        "Machpoint::gridToParticles", part.range( n ),
+        KOKKOS_LAMBDA( const int k ) {
+            const Pack p = part.pack( k, n );
             const auto old_x = loadVector<Dim>( x, p );
+            if ( part.putsOff( p, old_x ) )
+                return;
             const auto old_v = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> old_C[Dim];
             loadMatrix<Dim>( C, p, old_C );
@@ -134,8 +134,8 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
                 squares -= change[a] * change[a];
                 new_v[a] = old_v[a] + change[a];
                 new_x[a] = old_x[a] + dt * new_v[a];
-                storeWhere( mine, next_v, new_v[a], p, a );
-                storeWhere( mine, next_x, new_x[a], p, a );
+                store( next_v, new_v[a], p, a );
+                store( next_x, new_x[a], p, a );
             }
             for ( int b = 0; b < Dim; ++b )
             {
@@ -157,7 +157,7 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
                     const Lanes slope =
                         Basis::constant_moment ? fit[a][b] / moment : fit[a][b];
                     const Lanes kept = slope * factor;
-                    storeWhere( mine, next_C, kept, p, a, b );
+                    store( next_C, kept, p, a, b );
                     affine += slope * slope * moment;
                     affine_new += kept * kept * moment_new;
                 }
@@ -173,9 +173,9 @@ void gridToParticlesApic( const State<Dim>& state, const Part& part )
             const Lanes new_V =
                 Kokkos::min( Lanes( old_V * exponential( Lanes( dt * D ) ) ),
                              Lanes( widest ) );
-            storeWhere( mine, next_e, new_e, p );
-            storeWhere( mine, next_V, new_V, p );
-            note( p, mine, new_x, new_v, new_V, new_e );
+            store( next_e, new_e, p );
+            store( next_V, new_V, p );
+            note( p, new_x, new_v, new_V, new_e );
         } );
 }
 } // namespace Impl
@@ -214,8 +214,9 @@ struct Apic : MethodDefaults
                                  const Constrain& )
     {
         state.halo.fill(
-            state.nodes.velocities, velocityComponents<Dim>(), state.waiting,
-            [&]( const Part& part )
+            state.nodes.velocities, velocityComponents<Dim>(),
+            innerPart( state ),
+            [&]( const Part<Dim>& part )
             { Impl::gridToParticlesApic<Basis, Dim>( state, part ); } );
     }
 

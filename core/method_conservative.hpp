@@ -195,8 +195,8 @@ struct Conservative : MethodDefaults
                                           parts.least_filling );
             }
             state.halo.fill(
-                faces, Impl::allFaceComponents<Dim>(), state.waiting,
-                [&]( const Part& part )
+                faces, Impl::allFaceComponents<Dim>(), innerPart( state ),
+                [&]( const Part<Dim>& part )
                 { Impl::gatherRates<Basis, true>( state, faces, part ); } );
         }
         else
@@ -250,14 +250,14 @@ struct Conservative : MethodDefaults
             state.nodes.moments, state.nodes.velocities,
             storage.faces,       storage.inverse_filling,
             state.layout,        state.grid.inverse };
-        auto gather = [&]( const Part& part )
+        auto gather = [&]( const Part<Dim>& part )
         {
             // Again where the halo has come meanwhile.
             if ( part.isRest() )
                 Impl::measureMotion( measure, storage.outer_faces );
             else
                 Impl::measureMotion( measure );
-            if ( state.images.count > 0 && part.marked )
+            if ( state.images.count > 0 )
                 state.ledger.energy_in +=
                     Impl::workOfImages<Basis>( state, storage.faces );
             if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
@@ -267,8 +267,10 @@ struct Conservative : MethodDefaults
                 Impl::gatherParticles<Basis, false>(
                     state, storage.faces, parts, storage.drift, part );
         };
-        state.halo.fill( state.nodes.velocities, velocityComponents<Dim>(),
-                         state.waiting, gather );
+        // Images read what their particles were, so none is overwritten before.
+        state.halo.fill(
+            state.nodes.velocities, velocityComponents<Dim>(),
+            state.images.count > 0 ? Part<Dim>{} : innerPart( state ), gather );
     }
 
     //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:

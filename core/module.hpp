@@ -8,9 +8,9 @@
 #define MACHPOINT_MODULE_HPP
 
 #include <core/archive.hpp>
+#include <core/bounds.hpp>
 #include <core/collect.hpp>
 #include <core/images.hpp>
-#include <core/leavers.hpp>
 #include <core/node_sum.hpp>
 #include <core/parameters.hpp>
 #include <core/particles.hpp>
@@ -60,14 +60,16 @@ struct State
     Particles<Dim> particles;
     Nodes<Dim> nodes;
     Images<Dim> images; //!< of the particles near curved walls, this step
-    MarkView waiting;   //!< the particles that need the halo; see markWaiting
+    PackList put_off;   //!< scratch: packs that wait for the halo
     //! Rates of the grid velocity at the particles; null where the method
     //! knows only the gradient that a particle carries.
     Sidecar<RateMembers>* rates = nullptr;
     bool is_viscous = false; //!< does a module give rates a ViscousSpeed?
     GasSurvey survey;        //!< of the last particleState
-    RowList noted;           //!< scratch: rows that kernels note in passing
-    IndexList leavers; //!< the particles that the step moved out of the domain
+    //! Particles that the step may have moved out of this rank's box, and
+    //! those that a module moves or marks besides. Before the step: scratch.
+    RowList noted;
+    IndexList leavers; //!< those of them that are beyond the domain
     Ledger ledger;
     Placement placement = Placement::lattice;
     int per_cell = 1;          //!< particles per cell
@@ -182,10 +184,12 @@ class Module
     //! they have to be checked again?
     virtual bool particleSource( State<Dim>& ) { return false; }
     //! After particles moved: wrap, reflect, push out, or mark for removal
-    //! (negative id). Those that the step moved out of the domain are
-    //! state.leavers. \return how many it marked
-    virtual int applyToParticles( State<Dim>& ) { return 0; }
-    //! Adds new particles.
+    //! (negative id). Those that are beyond the domain are state.leavers.
+    //! Others that it moves or marks it must note in state.noted, or they stay
+    //! where they are; before it marks one of them, or changes a mass, it calls
+    //! state.particles.keepIdentities.
+    virtual void applyToParticles( State<Dim>& ) {}
+    //! Adds new particles at the end. Those marked are still there.
     virtual void inject( State<Dim>& ) {}
 
     //! The sides that a boundary takes.

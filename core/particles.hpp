@@ -125,12 +125,18 @@ class ParticlePlan
         return _direct ? _direct->totalNumImport() : _staged->totalNumImport();
     }
 
+    //! Number of particles that leave for another rank.
+    std::size_t departing() const
+    {
+        return _direct ? _direct->totalNumExport() : _staged->totalNumExport();
+    }
+
     //! Collective. \param leaving in the order of the ranks given
     template <class AoSoA>
     void send( const AoSoA& leaving, AoSoA& arriving ) const
     {
         Traffic::own().migrated_bytes += static_cast<std::int64_t>(
-            leaving.size() * sizeof( typename AoSoA::tuple_type ) );
+            departing() * sizeof( typename AoSoA::tuple_type ) );
         if ( _direct )
         {
             Cabana::migrate( *_direct, leaving, arriving );
@@ -203,6 +209,16 @@ void moveTuples( const AoSoA& aosoa, const IndexList& from, const IndexList& to,
         KOKKOS_LAMBDA( const int k ) {
             aosoa.setTuple( to( k ), aosoa.getTuple( from( k ) ) );
         } );
+}
+
+//! Rows first to first + count - 1.
+inline IndexList rowsFrom( const int first, const int count )
+{
+    const IndexList rows( "Machpoint::rows", count );
+    Kokkos::parallel_for(
+        "Machpoint::rowsFrom", Range( 0, count ),
+        KOKKOS_LAMBDA( const int k ) { rows( k ) = first + k; } );
+    return rows;
 }
 
 //! Particle p alone. \return [1]
@@ -607,7 +623,8 @@ class Particles
     void beginStep( const bool keeps )
     {
         _keeps = keeps;
-        _returns = _has_kept = false;
+        _returns = false;
+        _kept.clear();
         if ( keeps )
             Impl::resizeWithSlack( _other, _aosoa.size() );
         for ( auto& sidecar : _sidecars )
@@ -648,17 +665,25 @@ class Particles
     bool keeps() const { return _keeps; }
     //! The state before the step.
     const aosoa_type& old() const { return _other; }
-    //! Keeps for `restore` what an output shows of the lasting members
-    //! (pressure is made anew). To be called ahead of what moves rows, marks an
-    //! id or changes a mass; the first call since the step counts.
-    void keepIdentities()
+    //! Keeps for `restore` the mass and id of some particles (pressure is made
+    //! anew), which have one value. To be called ahead of what changes a mass
+    //! or marks an id; rows that move are kept as they do.
+    void keepIdentities( const IndexList& rows )
     {
-        if ( !_returns || _has_kept )
+        const int count = rows.extent_int( 0 );
+        if ( !_returns || count == 0 )
             return;
-        Impl::resizeWithSlack( _kept, size() );
-        copyIdentities( slice<Mass>(), slice<Id>(), Cabana::slice<0>( _kept ),
-                        Cabana::slice<1>( _kept ) );
-        _has_kept = true;
+        const Identities kept( count );
+        Kokkos::deep_copy( kept.rows, rows );
+        const auto id = slice<Id>();
+        const auto m = slice<Mass>();
+        Kokkos::parallel_for(
+            "Machpoint::keepIdentities", Range( 0, count ),
+            KOKKOS_LAMBDA( const int k ) {
+                kept.mass( k ) = m( kept.rows( k ) );
+                kept.id( k ) = id( kept.rows( k ) );
+            } );
+        _kept.push_back( kept );
     }
     //! Returns to the state before the step that has ended last.
     void restore()
@@ -666,10 +691,8 @@ class Particles
         std::swap( _aosoa, _other );
         for ( auto& sidecar : _sidecars )
             sidecar->restore( _aosoa.size() );
-        if ( _has_kept )
-            copyIdentities( Cabana::slice<0>( _kept ),
-                            Cabana::slice<1>( _kept ), slice<Mass>(),
-                            slice<Id>() );
+        for ( ; !_kept.empty(); _kept.pop_back() )
+            giveBack( _kept.back() );
     }
     //! Makes this the state to return to until a step begins.
     void save()
@@ -678,7 +701,7 @@ class Particles
         for ( auto& sidecar : _sidecars )
             sidecar->save();
         _returns = true;
-        _has_kept = false;
+        _kept.clear();
     }
     //! @}
 
@@ -742,29 +765,11 @@ class Particles
     {
         const int first = size();
         const int count = static_cast<int>( rows.extent( 0 ) );
-        IndexList copies( "Machpoint::copies", count );
-        Kokkos::parallel_for(
-            "Machpoint::rowsOfCopies", Range( 0, count ),
-            KOKKOS_LAMBDA( const int k ) { copies( k ) = first + k; } );
+        const auto copies = Impl::rowsFrom( first, count );
         resize( first + count );
         Impl::moveTuples( _aosoa, rows, copies, count );
         for ( auto& sidecar : _sidecars )
             sidecar->move( rows, copies, count );
-    }
-
-    //! Removes the particles whose id is negative. \param removed how many (a
-    //! boundary counts them as it marks them)
-    void removeMarked( const int removed )
-    {
-        if ( removed == 0 )
-            return;
-        const auto id = slice<Id>();
-        remove( collect(
-            "Machpoint::findMarked", 0, size(), removed,
-            KOKKOS_LAMBDA( const int p ) {
-                prefetchForTest( id, p );
-                return id( p ) < 0;
-            } ) );
     }
 
     //! Removes particles; others from the end fill the holes, so the cost is
@@ -775,6 +780,8 @@ class Particles
         const auto removed =
             Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), rows );
         const int count = static_cast<int>( removed.extent( 0 ) );
+        if ( count == 0 )
+            return;
         const int kept = n - count;
         int moved = 0; // as many stay beyond `kept` as there are holes below
         while ( moved < count && removed( moved ) < kept )
@@ -790,6 +797,9 @@ class Particles
                 sources( k++ ) = p;
         }
         Kokkos::deep_copy( movers, sources );
+        keepIdentities(
+            Kokkos::subview( rows, Kokkos::make_pair( 0, moved ) ) );
+        keepIdentities( Impl::rowsFrom( kept, count ) );
         Impl::moveTuples( _aosoa, movers, rows, moved );
         for ( auto& sidecar : _sidecars )
             sidecar->move( movers, rows, moved );
@@ -798,68 +808,24 @@ class Particles
 
     /*!
       \brief Sends every particle whose cell another rank has to that rank, with
-      its sidecars. Collective.
+      its sidecars, and removes those with a negative id. Collective.
       \param rank_of a BoxFinder
       \return number of particles on all ranks
     */
     template <class RankOf>
     std::int64_t migrate( const Communicator& comm, const RankOf& rank_of )
     {
-        const int n = size();
-        if ( comm.size() == 1 )
-            return n;
-#ifdef MACHPOINT_ENABLE_MPI
-        const Traffic::Timer timer( Activity::migration );
-        const int own = comm.rank();
-        const auto x = slice<Position>();
-        _leaving.clear( n );
-        const auto leaving = _leaving;
-        Kokkos::parallel_for(
-            "Machpoint::findLeaving", packs( n ), KOKKOS_LAMBDA( const int k ) {
-                const Pack pack = Pack::of( k, n );
-                const LaneMask away =
-                    active( pack ) &&
-                    !rank_of.isHome( loadVector<Dim>( x, pack ) );
-                if ( any( away ) )
-                    forEachOf( pack,
-                               [&]( const int p )
-                               {
-                                   if ( rank_of( loadVector<Dim>( x, p ) ) !=
-                                        own )
-                                       leaving.note( p );
-                               } );
-            } );
-        const auto sums = comm.sumCounts( { n, leaving.count() } );
-        if ( sums[1] == 0 )
-            return sums[0];
-        const auto rows = leaving.rows(
-            n, KOKKOS_LAMBDA( const int p ) {
-                return rank_of( loadVector<Dim>( x, p ) ) != own;
-            } );
-        const int count = static_cast<int>( rows.extent( 0 ) );
-        Traffic::own().migrated_particles += count;
-        ++Traffic::own().collectives; // of the plan
-        const IndexList targets( "Machpoint::targetRanks", count );
-        Kokkos::parallel_for(
-            "Machpoint::targetRanks", Range( 0, count ),
-            KOKKOS_LAMBDA( const int k ) {
-                targets( k ) = rank_of( loadVector<Dim>( x, rows( k ) ) );
-            } );
-        const ParticlePlan plan( comm, targets );
-        const auto arrived = Impl::sendTuples( plan, _aosoa, rows );
-        for ( auto& sidecar : _sidecars )
-            sidecar->send( plan, rows );
-        remove( rows );
-        const int kept = size();
-        resize( kept + arrived.size() );
-        Impl::appendTuples( _aosoa, arrived, kept );
-        for ( auto& sidecar : _sidecars )
-            sidecar->receive( kept );
-        return sums[0];
-#else
-        static_cast<void>( rank_of );
-        return n;
-#endif
+        return migrateRows( comm, rank_of,
+                            collect( "Machpoint::findStrays", 0, size(), size(),
+                                     strays( comm, rank_of ) ) );
+    }
+    //! The same where all such particles are among those noted.
+    template <class RankOf>
+    std::int64_t migrate( const Communicator& comm, const RankOf& rank_of,
+                          const RowList& noted )
+    {
+        return migrateRows( comm, rank_of,
+                            noted.rows( size(), strays( comm, rank_of ) ) );
     }
 
     //! Writes all particles and sidecars in their order, or reads them.
@@ -877,43 +843,134 @@ class Particles
     {
         if ( size() == 0 )
             return 0;
-        std::size_t bytes =
-            ( _aosoa.numSoA() + _other.numSoA() ) *
-                sizeof( typename aosoa_type::soa_type ) +
-            _kept.numSoA() * sizeof( typename identities_type::soa_type );
+        std::size_t bytes = ( _aosoa.numSoA() + _other.numSoA() ) *
+                            sizeof( typename aosoa_type::soa_type );
         for ( const auto& sidecar : _sidecars )
             bytes += sidecar->bytes();
         return static_cast<Real>( bytes ) / size();
     }
 
-    // Public only because nvcc wants the parent function of a device lambda to
-    // be accessible.
-    template <class From, class FromIds, class To, class ToIds>
-    void copyIdentities( const From& mass, const FromIds& id,
-                         const To& mass_copy, const ToIds& id_copy ) const
+    //! Which particles are not to stay.
+    template <class RankOf, class Positions, class Ids>
+    struct Strays
     {
+        Positions x;
+        Ids id;
+        RankOf rank_of;
+        int own;
+
+        //! The rank to go to; -1 for none.
+        KOKKOS_INLINE_FUNCTION int target( const int p ) const
+        {
+            Vector<Dim> place{};
+            for ( int d = 0; d < Dim; ++d )
+                place[d] = x( p, d );
+            return id( p ) < 0 ? -1 : rank_of( place );
+        }
+        KOKKOS_INLINE_FUNCTION bool operator()( const int p ) const
+        {
+            return target( p ) != own;
+        }
+    };
+    template <class RankOf>
+    auto strays( const Communicator& comm, const RankOf& rank_of ) const
+    {
+        const auto x = slice<Position>();
+        const auto id = slice<Id>();
+        return Strays<RankOf, decltype( x ), decltype( id )>{ x, id, rank_of,
+                                                              comm.rank() };
+    }
+
+    // The next ones are public only because nvcc wants the parent function of
+    // a device lambda to be accessible.
+
+    //! \param rows of strays, ascending
+    template <class RankOf>
+    std::int64_t migrateRows( const Communicator& comm, const RankOf& rank_of,
+                              const IndexList& rows )
+    {
+        if ( comm.size() == 1 )
+        {
+            remove( rows );
+            return size();
+        }
+#ifdef MACHPOINT_ENABLE_MPI
+        const Traffic::Timer timer( Activity::migration );
+        const int count = rows.extent_int( 0 );
+        const IndexList targets( "Machpoint::targetRanks", count );
+        const auto target_of = strays( comm, rank_of );
+        int sent = 0;
+        Kokkos::parallel_reduce(
+            "Machpoint::targetRanks", Range( 0, count ),
+            KOKKOS_LAMBDA( const int k, int& sum ) {
+                targets( k ) = target_of.target( rows( k ) );
+                sum += targets( k ) < 0 ? 0 : 1;
+            },
+            sent );
+        const auto sums = comm.sumCounts( { size() - count + sent, sent } );
+        if ( sums[1] == 0 )
+        {
+            remove( rows );
+            return sums[0];
+        }
+        Traffic::own().migrated_particles += sent;
+        ++Traffic::own().collectives; // of the plan
+        const ParticlePlan plan( comm, targets );
+        const auto arrived = Impl::sendTuples( plan, _aosoa, rows );
+        for ( auto& sidecar : _sidecars )
+            sidecar->send( plan, rows );
+        remove( rows );
+        const int kept = size();
+        resize( kept + arrived.size() );
+        Impl::appendTuples( _aosoa, arrived, kept );
+        for ( auto& sidecar : _sidecars )
+            sidecar->receive( kept );
+        return sums[0];
+#else
+        static_cast<void>( rank_of );
+        return size();
+#endif
+    }
+
+    //! Masses and ids of some rows as they were.
+    struct Identities
+    {
+        IndexList rows;
+        Kokkos::View<Real*, MemorySpace> mass;
+        Kokkos::View<std::int64_t*, MemorySpace> id;
+
+        explicit Identities( const int count )
+            : rows( "Machpoint::keptRows", count ),
+              mass( "Machpoint::keptMasses", count ),
+              id( "Machpoint::keptIds", count )
+        {
+        }
+    };
+
+    void giveBack( const Identities& kept ) const
+    {
+        const auto m = slice<Mass>();
+        const auto id = slice<Id>();
         const int n = size();
         Kokkos::parallel_for(
-            "Machpoint::copyIdentities", packs( n ),
+            "Machpoint::giveBackIdentities",
+            Range( 0, kept.rows.extent_int( 0 ) ),
             KOKKOS_LAMBDA( const int k ) {
-                const Pack p = Pack::of( k, n );
-                copy( mass, mass_copy, p );
-                copy( id, id_copy, p );
+                const int p = kept.rows( k );
+                if ( p >= n ) // it came after the step
+                    return;
+                m( p ) = kept.mass( k );
+                id( p ) = kept.id( k );
             } );
     }
 
   private:
-    using identities_type =
-        Cabana::AoSoA<Cabana::MemberTypes<Real, std::int64_t>, MemorySpace>;
-
     aosoa_type _aosoa;
     aosoa_type _other; // the state before a step, or the one after it
     bool _keeps = false;
-    bool _returns = false; // is _other a state to return to?
-    identities_type _kept; // its masses and ids, where rows have moved
-    bool _has_kept = false;
+    bool _returns = false;         // is _other a state to return to?
+    std::vector<Identities> _kept; // of that state, where they have changed
     Kokkos::Array<bool, AdvancedMembers<Dim>::size> _reached{};
-    RowList _leaving; // scratch of migrate
     std::vector<std::unique_ptr<SidecarBase>> _sidecars;
     Sidecar<LastingMembers>& _lasting; // the first sidecar
 };

@@ -35,33 +35,35 @@ isSound( const VectorOf<Dim, Number>& moved, const VectorOf<Dim, Number>& v,
 
 /*!
   \brief What the last kernel of a step notes of the particles that it moves,
-  so that they need not be read again: those that leave the domain
-  (State::leavers), and that one may not be sound (State::suspicion).
+  so that they need not be read again: those that may leave the rank's box
+  (State::noted), and that one may not be sound (State::suspicion).
 */
 template <int Dim, class Positions>
 struct Watch
 {
     Positions start;
-    Grid<Dim> grid;
-    RowList leavers;
+    Bounds<Dim> bounds;
+    Vector<Dim> spacing;
+    RowList noted;
     Kokkos::View<int, MemorySpace> suspicion;
     Real least_energy;
     bool returns; //!< is there a state to return to?
 
-    //! The pack's new state. \param mine its particles that the kernel serves
-    KOKKOS_FORCEINLINE_FUNCTION void
-    operator()( const Pack p, const LaneMask& mine,
-                const VectorOf<Dim, Lanes>& x, const VectorOf<Dim, Lanes>& v,
-                const Lanes& volume, const Lanes& energy ) const
+    //! The pack's new state.
+    KOKKOS_FORCEINLINE_FUNCTION void operator()( const Pack p,
+                                                 const VectorOf<Dim, Lanes>& x,
+                                                 const VectorOf<Dim, Lanes>& v,
+                                                 const Lanes& volume,
+                                                 const Lanes& energy ) const
     {
-        const LaneMask moved = mine && active( p );
-        leavers.note( p, moved && leaves<Dim>( grid, x ) );
+        const LaneMask moved = active( p );
+        noted.note( p, moved && bounds.excludes( x ) );
         if ( !returns )
             return;
         VectorOf<Dim, Lanes> way{};
         for ( int d = 0; d < Dim; ++d )
             way[d] = x[d] - load( start, p, d );
-        if ( any( moved && !isSound<Dim>( way, v, volume, energy, grid.spacing,
+        if ( any( moved && !isSound<Dim>( way, v, volume, energy, spacing,
                                           least_energy ) ) )
             Kokkos::atomic_store( &suspicion(), 1 );
     }
@@ -73,8 +75,13 @@ auto watch( const State<Dim>& state )
 {
     const auto start = state.particles.template start<Position>();
     return Watch<Dim, decltype( start )>{
-        start,           state.grid,         state.noted,
-        state.suspicion, state.least_energy, state.particles.keeps() };
+        start,
+        boxBounds( state.grid, state.layout.box ),
+        state.grid.spacing,
+        state.noted,
+        state.suspicion,
+        state.least_energy,
+        state.particles.keeps() };
 }
 
 } // namespace Machpoint

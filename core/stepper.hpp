@@ -63,10 +63,9 @@ class Stepper : public Simulation
                 break;
             reject( fault, part );
         }
-        keepIdentities();
         applyBoundaries();
-        each( "inject", &Module<Dim>::inject );
-        migrate();
+        inject();
+        migrateNoted();
         auto& state = _scene.state;
         state.time =
             state.dt >= until - state.time ? until : state.time + state.dt;
@@ -160,7 +159,7 @@ class Stepper : public Simulation
         state.ledger = comm().isRoot() ? ledger : Ledger{};
         if ( comm().size() > 1 )
             layOut();
-        migrate();
+        migrateAll();
         keepLedger();
         if ( _most_retries > 0 )
             state.particles.save();
@@ -219,7 +218,7 @@ class Stepper : public Simulation
                 return;
         }
         layOut();
-        migrate();
+        migrateAll();
         sortParticles();
     }
 
@@ -269,8 +268,6 @@ class Stepper : public Simulation
         each( "images", &Module<Dim>::mirrorParticles );
         {
             Profile::Phase phase( "P2G" );
-            if ( comm().size() > 1 )
-                markWaiting( state );
             Method::template particlesToGrid<Basis>( state ); // 2-4
         }
         each( "grid force", &Module<Dim>::keepDeposit );
@@ -306,7 +303,6 @@ class Stepper : public Simulation
                 [this]( const GridVelocity& v ) { constrain( v ); } );
         }
         state.particles.endStep();
-        findLeavers();
         applySources();
     }
 
@@ -322,17 +318,26 @@ class Stepper : public Simulation
         }
     }
 
-    //! Particles go to the ranks that have their cells.
-    void migrate()
+    //! \name Particles that are marked go, others to the ranks that have their
+    //! cells
+    //! @{
+    //! All are looked at.
+    void migrateAll()
     {
+        const Profile::Phase phase( "migration" );
         auto& state = _scene.state;
-        _particles = state.particles.size();
-        if ( comm().size() == 1 )
-            return;
-        Profile::Phase phase( "migration" );
         _particles = state.particles.migrate(
             comm(), state.decomposition.finder( state.grid ) );
     }
+    //! Those of state.noted are.
+    void migrateNoted()
+    {
+        const Profile::Phase phase( "migration" );
+        auto& state = _scene.state;
+        _particles = state.particles.migrate(
+            comm(), state.decomposition.finder( state.grid ), state.noted );
+    }
+    //! @}
 
     //! What is wrong with the gas on any rank: empty if nothing.
     std::string findFault()
@@ -413,27 +418,31 @@ class Stepper : public Simulation
         }
     }
 
-    //! Where boundaries or messages move particles to other rows before the
-    //! next survey may find that the gas is broken.
-    void keepIdentities()
-    {
-        if ( !_scene.is_open && comm().size() == 1 )
-            return;
-        Profile::Phase phase( "guard" );
-        const Profile::Effect effect( "retries" );
-        _scene.state.particles.keepIdentities();
-    }
-
+    //! Leavers are looked for again where a module has moved others.
     void applyBoundaries()
     {
         Profile::Phase phase( "particle boundaries" );
-        int removed = 0;
+        auto& state = _scene.state;
+        int seen = -1;
         for ( auto& active : _scene.modules )
         {
+            if ( const int noted = state.noted.count(); noted != seen )
+            {
+                findLeavers();
+                seen = noted;
+            }
             Profile::Effect effect( active.name );
-            removed += active.module->applyToParticles( _scene.state );
+            active.module->applyToParticles( state );
         }
-        _scene.state.particles.removeMarked( removed );
+    }
+
+    //! New particles may be another rank's.
+    void inject()
+    {
+        auto& state = _scene.state;
+        const int n = state.particles.size();
+        each( "inject", &Module<Dim>::inject );
+        noteFrom( n );
     }
 
     //! Largest time step that each module allows this rank.
@@ -555,11 +564,26 @@ class Stepper : public Simulation
     {
         auto& state = _scene.state;
         const auto x = state.particles.template slice<Position>();
-        const auto grid = state.grid;
+        const auto domain = domainBounds( state.grid );
         state.leavers = state.noted.rows(
             state.particles.size(), KOKKOS_LAMBDA( const int p ) {
-                return leaves<Dim>( grid, get<Dim>( x, p ) );
+                return domain.excludes( get<Dim>( x, p ) );
             } );
+        if ( !_scene.is_open )
+            return;
+        const Profile::Effect effect( "retries" );
+        state.particles.keepIdentities( state.leavers );
+    }
+
+    //! Notes the particles from a row on.
+    void noteFrom( const int first )
+    {
+        const auto noted = _scene.state.noted;
+        const int n = _scene.state.particles.size();
+        if ( n > first )
+            Kokkos::parallel_for(
+                "Machpoint::noteNew", Range( first, n ),
+                KOKKOS_LAMBDA( const int p ) { noted.note( p ); } );
     }
 
     //! Cell of every particle, within the rank's box. Public because nvcc wants

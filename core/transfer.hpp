@@ -104,41 +104,21 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
         } );
 }
 
-/*!
-  \brief Marks the particles that wait for messages of other ranks before they
-  gather: those whose stencil may reach beyond the owned nodes, and those with
-  images. Positions then stay until they gather.
-*/
+//! The particles that may gather from nodes before the messages of other ranks
+//! have come: those whose stencil surely stays on owned nodes; on one rank all.
 template <int Dim>
-void markWaiting( State<Dim>& state )
+Part<Dim> innerPart( State<Dim>& state )
 {
-    const int n = state.particles.size();
-    if ( state.waiting.extent_int( 0 ) < n )
-        Kokkos::realloc( Kokkos::WithoutInitializing, state.waiting,
-                         n + n / 4 );
-    const auto x = state.particles.template slice<Position>();
-    const auto waiting = state.waiting;
-    const auto grid = state.grid;
+    if ( state.decomposition.comm().size() == 1 )
+        return {};
+    state.put_off.clear( packs( state.particles.size() ).end() );
     auto inner = state.layout.box;
     for ( int d = 0; d < Dim; ++d )
     {
         inner.begin[d] += state.layout.halo;
         inner.end[d] -= state.layout.halo + ( state.layout.centred ? 0 : 1 );
     }
-    Kokkos::parallel_for(
-        "Machpoint::markWaiting", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const auto inside =
-                inner.surelyContains( grid, loadVector<Dim>( x, p ) );
-            for ( int l = 0; l < p.count; ++l )
-                waiting( p.first + l ) = !lane( inside, l );
-        } );
-    const auto images = state.images;
-    Kokkos::parallel_for(
-        "Machpoint::markImages", Range( 0, images.count ),
-        KOKKOS_LAMBDA( const int k ) {
-            waiting( images.particle( k ) ) = true;
-        } );
+    return { state.grid, inner, state.put_off };
 }
 
 //! v_i = (mv)_i / m_i on every stored node; 0 where there is no gas.

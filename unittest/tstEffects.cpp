@@ -104,6 +104,7 @@ Counts timeLoop( const int sums )
         { "Machpoint::clearSidecar", 1 },   // made once
         { "Machpoint::gridVelocity", 20 },
         { "Machpoint::advanceGridVelocity", 20 },
+        { "Machpoint::notedRows", 40 },  // who left the domain, who is to go
         { "Machpoint::periodic", 40 } }; // an axis in one pass
     if ( std::is_same_v<MemorySpace, Kokkos::HostSpace> &&
          ExecutionSpace().concurrency() > 1 )
@@ -222,9 +223,11 @@ const std::vector<Effect>& effects()
                 { "center", { 0.5, 0.5 } },
                 { "radius", 0.01 } } } },
           { "Machpoint::listNodes", "Machpoint::obstacle",
+            "Machpoint::noteNear", "Machpoint::nearObstacle",
             "Machpoint::pushOut" },
-          { "Machpoint::solidNodes", "Machpoint::shape_solids",
-            "Machpoint::shape_arcs", "Machpoint::shape_vertices" } } };
+          { "Machpoint::solidNodes", "Machpoint::nearObstacle",
+            "Machpoint::shape_solids", "Machpoint::shape_arcs",
+            "Machpoint::shape_vertices" } } };
     return list;
 }
 

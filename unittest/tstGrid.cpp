@@ -1,6 +1,6 @@
 // Grid, node layout, bases, placement and random numbers.
 #include <core/basis.hpp>
-#include <core/leavers.hpp>
+#include <core/bounds.hpp>
 #include <core/placement.hpp>
 
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ TEST( Grid, cellsAndVolumes )
 TEST( Grid, whatLeaves )
 {
     const Grid<2> grid( { -1, 0 }, { 1, 3 }, { 4, 6 } );
-    auto out = [&]( const Vector<2>& x ) { return leaves<2>( grid, x ); };
+    auto out = [&]( const Vector<2>& x )
+    { return domainBounds( grid ).excludes( x ); };
     EXPECT_FALSE( out( { -1, 0 } ) );
     EXPECT_FALSE( out( { 0.5, 2.9 } ) );
     EXPECT_FALSE( out( { justInside( -1, 1 ), justInside( 0, 3 ) } ) );

@@ -44,24 +44,33 @@ class Saboteur : public Module<Dim>
             act( state );
         return !_late;
     }
-    int applyToParticles( State<Dim>& state ) override
+    void applyToParticles( State<Dim>& state ) override
     {
-        if ( _late )
-            act( state );
-        return _late && state.step == _step ? removeParticle( state ) : 0;
+        if ( !_late )
+            return;
+        act( state );
+        if ( state.step == _step )
+            removeParticle( state );
     }
     //! What is late also removes a particle, so that others change their rows.
     bool isOpen() const override { return _late; }
-    int removeParticle( const State<Dim>& state ) const
+    void removeParticle( State<Dim>& state ) const
     {
         const auto id = state.particles.template slice<Id>();
+        const auto noted = state.noted;
+        const IndexList row( "row", 1 );
         Kokkos::parallel_for(
-            "removeParticle", Range( 0, state.particles.size() ),
+            "findParticle", Range( 0, state.particles.size() ),
             KOKKOS_LAMBDA( const int p ) {
                 if ( id( p ) == 3 )
-                    id( p ) = -1;
+                    row( 0 ) = p;
             } );
-        return 1;
+        state.particles.keepIdentities( row );
+        Kokkos::parallel_for(
+            "removeParticle", Range( 0, 1 ), KOKKOS_LAMBDA( const int k ) {
+                id( row( k ) ) = -1;
+                noted.note( row( k ) );
+            } );
     }
     void act( const State<Dim>& state ) const
     {

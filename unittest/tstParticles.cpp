@@ -74,22 +74,30 @@ std::vector<std::int64_t> labels( Sidecar<Members>& sidecar )
     return list;
 }
 
-//! Marks every stride-th particle for removal. \return how many
-int mark( const Particles<2>& particles, const int stride )
+//! Every stride-th of n rows.
+IndexList everyRow( const int n, const int stride )
 {
+    IndexList rows( "rows", ( n + stride - 1 ) / stride );
+    Kokkos::parallel_for(
+        "everyRow", Range( 0, rows.extent_int( 0 ) ),
+        KOKKOS_LAMBDA( const int k ) { rows( k ) = stride * k; } );
+    return rows;
+}
+
+//! Appends copies with half the mass and new ids, as halving does.
+void halve( Particles<2>& particles, const IndexList& rows )
+{
+    const int n = particles.size();
+    particles.duplicate( rows );
     const auto id = particles.slice<Id>();
-    int marked = 0;
-    Kokkos::parallel_reduce(
-        "mark", Range( 0, particles.size() ),
-        KOKKOS_LAMBDA( const int p, int& sum ) {
-            if ( p % stride == 0 )
-            {
-                id( p ) = -1;
-                ++sum;
-            }
-        },
-        marked );
-    return marked;
+    const auto mass = particles.slice<Mass>();
+    Kokkos::parallel_for(
+        "halve", Range( 0, rows.extent_int( 0 ) ),
+        KOKKOS_LAMBDA( const int k ) {
+            id( n + k ) = 1000 + k;
+            mass( n + k ) *= 0.5;
+            mass( rows( k ) ) *= 0.5;
+        } );
 }
 
 //! Keys that fall as the particle's number grows, seven particles to a key.
@@ -182,9 +190,9 @@ TEST( Particles, removalKeepsAllOthersWithTheirSidecars )
     for ( const int stride : { 3, 1, 999 } )
     {
         number( particles, sidecar, n );
-        const int marked = mark( particles, stride );
-        particles.removeMarked( marked );
-        EXPECT_EQ( particles.size(), n - marked );
+        const auto rows = everyRow( n, stride );
+        particles.remove( rows );
+        EXPECT_EQ( particles.size(), n - rows.extent_int( 0 ) );
         auto left = ids( particles, sidecar );
         std::sort( left.begin(), left.end() );
         std::vector<std::int64_t> expected;
@@ -226,7 +234,8 @@ TEST( Particles, sortingCarriesSidecarsAlong )
     }
 }
 
-// Where rows have moved since the step, masses and ids return to theirs.
+// Whatever has been halved, removed and added since the step, masses and ids
+// return to theirs.
 TEST( Particles, restoringGivesBackMassesAndIds )
 {
     Particles<2> particles;
@@ -234,17 +243,21 @@ TEST( Particles, restoringGivesBackMassesAndIds )
         particles.addSidecar<Label>( "labels", DuringStep::changes );
     const int n = 100;
     number( particles, sidecar, n );
-    for ( const bool moves : { true, false, true } )
+    for ( const bool changes : { true, false, true } )
     {
         particles.beginStep( true );
         particles.endStep();
-        if ( moves )
+        if ( changes )
         {
-            particles.keepIdentities();
-            const int removed = mark( particles, 3 );
-            particles.keepIdentities(); // too late: the first call counts
-            particles.removeMarked( removed );
-            EXPECT_LT( particles.size(), n );
+            const auto large = everyRow( n, 10 );
+            particles.keepIdentities( large );
+            halve( particles, large );
+            for ( const int stride : { 3, 2 } )
+                particles.remove( everyRow( particles.size(), stride ) );
+            EXPECT_LT( particles.size(), n / 2 );
+            const int rest = particles.size();
+            particles.duplicate( everyRow( rest, 1 ) ); // as if they arrived
+            EXPECT_EQ( particles.size(), 2 * rest );
         }
         particles.restore();
         const auto list = ids( particles, sidecar );

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 #include <set>
 
@@ -145,16 +146,19 @@ void expectSameAsWhole( const std::array<SideKind, 3>& kind, const bool centred,
             whole_halo.fold( all, components<Dim>() );
             // What is to be done meanwhile is done once for all, or in two
             // parts.
-            std::vector<bool> parts;
-            halo.fill( own, components<Dim>(), MarkView( "marks", 1 ),
-                       [&]( const Part& part )
+            std::vector<std::string> parts;
+            halo.fill( own, components<Dim>(),
+                       Part<Dim>( grid, layout.box, PackList{} ),
+                       [&]( const Part<Dim>& part )
                        {
-                           parts.push_back( part.marked );
-                           EXPECT_EQ( part.marks.data() != nullptr,
-                                      comm.size() > 1 );
+                           parts.push_back( part.isInner()  ? "inner"
+                                            : part.isRest() ? "rest"
+                                                            : "all" );
                        } );
-            EXPECT_EQ( parts, comm.size() > 1 ? std::vector( { false, true } )
-                                              : std::vector( { true } ) );
+            EXPECT_EQ( parts,
+                       comm.size() > 1
+                           ? std::vector<std::string>( { "inner", "rest" } )
+                           : std::vector<std::string>( { "all" } ) );
             whole_halo.fill( all, components<Dim>() );
 
             Kokkos::deep_copy( all_host, all );
@@ -336,6 +340,78 @@ TEST( Migration, emptyRanks )
     particles.fromHost( host );
     particles.migrate( comm, decomposition.finder( grid ) );
     EXPECT_EQ( particles.size(), n );
+}
+
+//! Notes every row twice.
+void noteAll( const RowList& list, const int n )
+{
+    Kokkos::parallel_for(
+        "noteAll", Range( 0, 2 * n ),
+        KOKKOS_LAMBDA( const int k ) { list.note( k / 2 ); } );
+}
+
+// Of the particles noted those go that are marked or another rank's. When a
+// fault is found after that, each rank has its own again, with their masses and
+// ids.
+TEST( Migration, ofTheNotedAndBack )
+{
+    const Communicator comm;
+    const Grid<1> grid( { 0 }, { 1 }, { 8 * comm.size() } );
+    const Decomposition<1> decomposition( comm, grid.cells, { comm.size() } );
+    // The notes of few fit into the list.
+    for ( const int n : { 40, 4000 } )
+    {
+        HostParticles<1> host;
+        host.resize( n );
+        for ( int p = 0; p < n; ++p )
+        {
+            const int k = comm.rank() * n + p;
+            host.slice<Position>()( p, 0 ) = ( k + 0.5 ) / ( n * comm.size() );
+            host.slice<Id>()( p ) = k;
+            host.slice<Mass>()( p ) = 3.0 * k;
+        }
+        Particles<1> particles;
+        particles.fromHost( host );
+        particles.beginStep( true );
+        particles.endStep();
+        particles.keepIdentities( IndexList( "firstRow", 1 ) );
+        auto moved = particles.toHost();
+        moved.slice<Id>()( 0 ) = -1;
+        for ( int p = 0; p < n; ++p )
+            moved.slice<Position>()( p, 0 ) =
+                std::fmod( host.slice<Position>()( p, 0 ) + 0.1 * p / n, 1 );
+        particles.fromHost( moved );
+        RowList noted;
+        noted.clear( n );
+        noteAll( noted, n );
+        EXPECT_EQ(
+            particles.migrate( comm, decomposition.finder( grid ), noted ),
+            ( n - 1 ) * comm.size() );
+        EXPECT_EQ( comm.sum( std::int64_t( particles.size() ) ),
+                   ( n - 1 ) * comm.size() );
+        const auto there = particles.toHost();
+        const auto box = decomposition.box();
+        int foreign = 0;
+        for ( int p = 0; p < particles.size(); ++p )
+        {
+            foreign += there.slice<Id>()( p ) / n != comm.rank() ? 1 : 0;
+            EXPECT_GE( there.slice<Id>()( p ), 0 );
+            EXPECT_TRUE(
+                box.contains( grid, get<1>( there.slice<Position>(), p ) ) );
+        }
+        EXPECT_EQ( foreign > 0, comm.size() > 1 );
+
+        particles.restore();
+        ASSERT_EQ( particles.size(), n );
+        const auto back = particles.toHost();
+        for ( int p = 0; p < n; ++p )
+        {
+            EXPECT_EQ( back.slice<Position>()( p, 0 ),
+                       host.slice<Position>()( p, 0 ) );
+            EXPECT_EQ( back.slice<Id>()( p ), host.slice<Id>()( p ) );
+            EXPECT_EQ( back.slice<Mass>()( p ), host.slice<Mass>()( p ) );
+        }
+    }
 }
 
 TEST( Decomposition, boxesOfLeastCutArea )

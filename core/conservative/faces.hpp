@@ -348,7 +348,7 @@ IndexList listOuterFaces( const NodeLayout<Dim>& layout )
 */
 template <class Basis, bool Limited, int Dim>
 void gatherRates( const State<Dim>& state, const NodeView& faces,
-                  const Part& part = {} )
+                  const Part<Dim>& part = {} )
 {
     const auto x = state.particles.template slice<Position>();
     const auto C = state.particles.template slice<VelocityGradient>();
@@ -362,13 +362,13 @@ void gatherRates( const State<Dim>& state, const NodeView& faces,
     const Real h = grid.minSpacing();
     const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::gatherRates", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const LaneMask mine = part.contains( p );
-            if ( !any( mine ) )
+        "Machpoint::gatherRates", part.range( n ),
+        KOKKOS_LAMBDA( const int k ) {
+            const Pack p = part.pack( k, n );
+            const auto place = loadVector<Dim>( x, p );
+            if ( part.putsOff( p, place ) )
                 return;
-            const Stencil<Basis, Dim, Lanes> s( grid, layout,
-                                                loadVector<Dim>( x, p ) );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout, place );
             const Lanes zero( 0.0 );
             Lanes D = zero;
             Lanes normalised = zero;
@@ -408,10 +408,10 @@ void gatherRates( const State<Dim>& state, const NodeView& faces,
                 phi = choose( zero < compression,
                               choose( zero < c, share, phi ), phi );
             }
-            storeWhere( mine, divergence, D, p );
-            storeWhere( mine, expansion, normalised, p );
-            storeWhere( mine, limiter, phi, p );
-            storeWhere( mine, q, zero, p );
+            store( divergence, D, p );
+            store( expansion, normalised, p );
+            store( limiter, phi, p );
+            store( q, zero, p );
         } );
 }
 

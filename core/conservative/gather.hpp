@@ -155,7 +155,7 @@ KOKKOS_FORCEINLINE_FUNCTION Number relaxationRate( const Number& excess,
 template <class Basis, bool Rearranges, int Dim>
 void gatherParticles( const State<Dim>& state, const NodeView& faces,
                       const ConservativeParts& parts,
-                      Sidecar<DriftMembers<Dim>>* drift, const Part& part )
+                      Sidecar<DriftMembers<Dim>>* drift, const Part<Dim>& part )
 {
     using drift_type = typename Sidecar<DriftMembers<Dim>>::aosoa_type;
     const bool midpoint = drift != nullptr;
@@ -192,12 +192,12 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const Real ks = parts.particle_shifting;
     const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::gatherParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const LaneMask mine = part.contains( p );
-            if ( !any( mine ) )
-                return;
+        "Machpoint::gatherParticles", part.range( n ),
+        KOKKOS_LAMBDA( const int k ) {
+            const Pack p = part.pack( k, n );
             const auto old_x = loadVector<Dim>( x, p );
+            if ( part.putsOff( p, old_x ) )
+                return;
             const auto old_v = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
@@ -217,10 +217,10 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                     speed -= ks * sound *
                              clip( g.crowding[a], Lanes( -0.5 ), Lanes( 0.5 ) );
                 new_x[a] = old_x[a] + ahead * speed;
-                storeWhere( mine, next_x, new_x[a], p, a );
-                storeWhere( mine, next_v, new_v[a], p, a );
+                store( next_x, new_x[a], p, a );
+                store( next_v, new_v[a], p, a );
                 if ( midpoint )
-                    storeWhere( mine, next_extra, speed - new_v[a], p, a );
+                    store( next_extra, speed - new_v[a], p, a );
                 g.squares -= g.change[a] * g.change[a];
             }
             Lanes fitted = zero;   // sum w |C' (x_i - x)|^2
@@ -245,7 +245,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                                             ? g.fit[a][b] / moment
                                             : g.fit[a][b];
                     const Lanes kept = slope * factor;
-                    storeWhere( mine, next_C, kept, p, a, b );
+                    store( next_C, kept, p, a, b );
                     fitted += slope * slope * moment;
                     carried += kept * kept * moment_new;
                     gradient += kept * kept;
@@ -259,13 +259,13 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Lanes work =
                 load( pressure, p ) * old_V / load( m, p ) * g.expansion;
             const Lanes new_e = old_e + loss - dt * work;
-            storeWhere( mine, next_e, new_e, p );
+            store( next_e, new_e, p );
             // Volume at the start of the step.
             Lanes volume = old_V;
             if ( midpoint )
             {
                 volume /= driftFactor( ahead, load( last_expansion, p ) );
-                storeWhere( mine, next_expansion, g.expansion, p );
+                store( next_expansion, g.expansion, p );
             }
             volume += old_V * Kokkos::max( dt * g.expansion, Lanes( -0.8 ) );
             if ( Rearranges )
@@ -277,8 +277,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 volume *= 1 - clip( Lanes( kd * dt * rate ), Lanes( -0.25 ),
                                     Lanes( 0.25 ) );
             }
-            storeWhere( mine, next_V, volume, p );
-            note( p, mine, new_x, new_v, volume, new_e );
+            store( next_V, volume, p );
+            note( p, new_x, new_v, volume, new_e );
         } );
 }
 

@@ -129,7 +129,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             return is_large( V( p ), m( p ), original( p ) );
         } );
     const int count = large.extent_int( 0 );
-    state.particles.keepIdentities();
+    state.particles.keepIdentities( large );
     const auto number = numberByParent( state, large );
     state.particles.duplicate( large );
     const auto x = state.particles.template slice<Position>();
@@ -267,7 +267,6 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
         small );
     if ( small < 2 )
         return;
-    state.particles.keepIdentities();
     IndexList rows( "Machpoint::smallParticles", small );
     IndexList keys( "Machpoint::halfCells", small );
     Kokkos::parallel_scan(
@@ -283,12 +282,14 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 ++k;
             }
         } );
+    state.particles.keepIdentities( rows );
     const auto binned = Cabana::binByKey( keys, bins );
     IndexList ordered( "Machpoint::orderedParticles", small );
-    int merged = 0;
-    Kokkos::parallel_reduce(
+    const RowList& merged = state.noted;
+    state.noted.clear( n );
+    Kokkos::parallel_for(
         "Machpoint::mergeParticles", Range( 0, bins ),
-        KOKKOS_LAMBDA( const int bin, int& total ) {
+        KOKKOS_LAMBDA( const int bin ) {
             const int begin = static_cast<int>( binned.binOffset( bin ) );
             const int end = begin + binned.binSize( bin );
             // Pairs must not depend on the order in memory, so ids order them.
@@ -396,11 +397,11 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 m( p ) = mass;
                 V( p ) += V( q );
                 id( q ) = -1;
-                ++total;
+                merged.note( q );
             }
-        },
-        merged );
-    state.particles.removeMarked( merged );
+        } );
+    state.particles.remove( merged.rows(
+        n, KOKKOS_LAMBDA( const int p ) { return id( p ) < 0; } ) );
 }
 
 } // namespace Impl

@@ -107,7 +107,7 @@ class Piston : public Machpoint::Module<Dim>
     //! Puts particles that the face overtook just in front of it. Only their
     //! position changes, which costs no momentum, and no energy except with
     //! the linear basis, whose affine energy depends on the place in the cell.
-    int applyToParticles( Machpoint::State<Dim>& state ) override
+    void applyToParticles( Machpoint::State<Dim>& state ) override
     {
         const int axis = _axis;
         const Real time = state.time + state.dt;
@@ -120,15 +120,18 @@ class Piston : public Machpoint::Module<Dim>
                 "{:.6g}; end the run earlier or widen the domain",
                 _series.name, time ) );
         const auto x = state.particles.template slice<Machpoint::Position>();
+        const auto noted = state.noted;
         Kokkos::parallel_for(
             "Piston::applyToParticles", Range( 0, state.particles.size() ),
             KOKKOS_LAMBDA( const int p ) {
                 if ( x( p, axis ) < face )
+                {
                     x( p, axis ) = front;
+                    noted.note( p ); // it may be another rank's now
+                }
             } );
         _series.rows.push_back( { time, _impulse / state.dt, face } );
         _impulse = 0;
-        return 0;
     }
 
     bool exertsForce() const override { return true; }
