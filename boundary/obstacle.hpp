@@ -167,17 +167,20 @@ class Obstacle : public Module<Dim>
             KOKKOS_LAMBDA( const int k, Impulse& sum ) {
                 const int row = nodes( k );
                 const auto i = layout.indices( row );
-                const auto n = shape.normal( layout.position( i ) );
+                const auto n =
+                    shape.normal( layout.position( layout.home( i ) ) );
                 Real normal_velocity = 0;
                 for ( int d = 0; d < Dim; ++d )
                     normal_velocity += field( row, first + d ) * n[d];
                 if ( !bilateral && normal_velocity > 0 )
                     return;
-                const Real m = weights( i ) * moments( row, 0 );
+                const Real share = weights( i );
                 for ( int d = 0; d < Dim; ++d )
                 {
                     field( row, first + d ) -= normal_velocity * n[d];
-                    sum.value[d] += m * normal_velocity * n[d];
+                    if ( share > 0 )
+                        sum.value[d] +=
+                            share * moments( row, 0 ) * normal_velocity * n[d];
                 }
             },
             impulse );

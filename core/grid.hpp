@@ -123,24 +123,6 @@ struct CellBox
         }
         return true;
     }
-
-    //! The same of particles or packs, but false for a position beyond the
-    //! domain or on its upper side. \param x [Dim]
-    template <class Number>
-    KOKKOS_FORCEINLINE_FUNCTION auto
-    surelyContains( const Grid<Dim>& grid,
-                    const Kokkos::Array<Number, Dim>& x ) const
-    {
-        auto inside = Number( 0.0 ) <= Number( 0.0 );
-        for ( int d = 0; d < Dim; ++d )
-        {
-            const Number place = ( x[d] - grid.lower[d] ) / grid.spacing[d];
-            inside = inside &&
-                     Number( static_cast<Real>( begin[d] ) ) <= place &&
-                     place < Number( static_cast<Real>( end[d] ) );
-        }
-        return inside;
-    }
 };
 
 //! All cells of a grid.
@@ -161,14 +143,15 @@ CellBox<Dim> wholeDomain( const Grid<Dim>& grid )
 template <int Dim>
 struct NodeLayout
 {
-    CellBox<Dim> box;     //!< the rank's cells
-    Indices<Dim> cells;   //!< of the whole domain [Dim]
-    Indices<Dim> owned;   //!< owned nodes along each axis [Dim]
-    Indices<Dim> extent;  //!< stored nodes along each axis, halo included
-    Indices<Dim> stride;  //!< distance of neighbours in memory [Dim]
-    Vector<Dim> first;    //!< position of node 0 [Dim]
-    Vector<Dim> spacing;  //!< distance of neighbours in space [Dim]
-    int halo = 0;         //!< layers of nodes beyond those of the box's cells
+    CellBox<Dim> box;      //!< the rank's cells
+    Indices<Dim> cells;    //!< of the whole domain [Dim]
+    Indices<Dim> owned;    //!< owned nodes along each axis [Dim]
+    Indices<Dim> extent;   //!< stored nodes along each axis, halo included
+    Indices<Dim> stride;   //!< distance of neighbours in memory [Dim]
+    Vector<Dim> first;     //!< position of node 0 [Dim]
+    Vector<Dim> spacing;   //!< distance of neighbours in space [Dim]
+    Indices<Dim> halo{};   //!< layers of nodes beyond those of the box's cells
+    Indices<Dim> period{}; //!< cells until nodes repeat themselves; 0: never
     int reach = 0;        //!< cells beyond the box from which particles scatter
     int total = 0;        //!< number of stored nodes
     bool centred = false; //!< nodes at cell centres rather than vertices
@@ -185,18 +168,19 @@ struct NodeLayout
     //! \param own_cells those of this rank
     //! \param reach_beyond cells around them from which particles scatter; the
     //! halo is wider by as much
+    //! \param margin layers that it has besides, along each axis [Dim]
     NodeLayout( const Grid<Dim>& grid, const CellBox<Dim>& own_cells,
                 const bool at_centres, const int halo_width,
-                const int reach_beyond )
+                const int reach_beyond, const Indices<Dim>& margin = {} )
         : box( own_cells ), cells( grid.cells ), spacing( grid.spacing ),
-          halo( halo_width + reach_beyond ), reach( reach_beyond ), total( 1 ),
-          centred( at_centres )
+          reach( reach_beyond ), total( 1 ), centred( at_centres )
     {
         const int vertex = centred ? 0 : 1;
         for ( int d = 0; d < Dim; ++d )
         {
+            halo[d] = halo_width + reach + margin[d];
             owned[d] = box.cells( d ) + ( box.end[d] == cells[d] ? vertex : 0 );
-            extent[d] = box.cells( d ) + vertex + 2 * halo;
+            extent[d] = box.cells( d ) + vertex + 2 * halo[d];
             stride[d] = total;
             total *= extent[d];
             first[d] = grid.lower[d] + ( centred ? 0.5 * spacing[d] : 0.0 );
@@ -206,7 +190,7 @@ struct NodeLayout
     //! Number of the first stored node along an axis.
     KOKKOS_INLINE_FUNCTION int lowest( const int d ) const
     {
-        return box.begin[d] - halo;
+        return box.begin[d] - halo[d];
     }
 
     //! Row of node i in a NodeView. \param i [Dim], owned or in the halo
@@ -237,6 +221,17 @@ struct NodeLayout
         for ( int d = 0; d < Dim; ++d )
             x[d] = first[d] + i[d] * spacing[d];
         return x;
+    }
+
+    //! The node that i repeats where the domain is periodic; else i. [Dim]
+    KOKKOS_INLINE_FUNCTION Indices<Dim> home( Indices<Dim> i ) const
+    {
+        for ( int d = 0; d < Dim; ++d )
+            if ( i[d] < 0 )
+                i[d] += period[d];
+            else if ( i[d] >= cells[d] )
+                i[d] -= period[d];
+        return i;
     }
 
     //! Is node i owned, rather than in the halo?

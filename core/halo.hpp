@@ -14,8 +14,8 @@
 #ifndef MACHPOINT_HALO_HPP
 #define MACHPOINT_HALO_HPP
 
+#include <core/collect.hpp>
 #include <core/halo_exchange.hpp>
-#include <core/lanes.hpp>
 
 namespace Machpoint
 {
@@ -105,9 +105,11 @@ struct NodeWeights
     NodeLayout<Dim> layout;
     Kokkos::Array<KindView, 2 * Dim> kinds;
 
-    //! \param i an owned node [Dim]
+    //! \param i a stored node [Dim] \return 0 for one that is not owned
     KOKKOS_INLINE_FUNCTION Real operator()( const Indices<Dim>& i ) const
     {
+        if ( !layout.isOwned( i ) )
+            return 0;
         Real share = 1;
         if ( layout.centred )
             return share;
@@ -130,95 +132,39 @@ struct NodeWeights
     }
 };
 
-//! Numbers of the packs that a kernel has put off.
-struct PackList
-{
-    IndexList packs;
-    Kokkos::View<int, MemorySpace> count;
-
-    //! Forgets all. \param n packs that there are
-    void clear( const int n )
-    {
-        if ( packs.extent_int( 0 ) < n )
-            Kokkos::realloc( Kokkos::WithoutInitializing, packs, n + n / 4 );
-        if ( !count.is_allocated() )
-            count = Kokkos::View<int, MemorySpace>( "Machpoint::packsPutOff" );
-        Kokkos::deep_copy( ExecutionSpace(), count, 0 );
-    }
-};
-
 /*!
-  \brief Which packs of particles a kernel serves: by default all.
-
-  While messages are under way it serves the `inner` ones, whose stencils stay
-  within a box that needs none of them, and lists those that it puts off; `rest`
-  are these.
+  \brief Which rows of the node fields a kernel serves: all, or some that are
+  listed.
 */
-template <int Dim>
-class Part
+class NodeRows
 {
   public:
-    Part() = default;
-
-    //! \param inner cells whose particles need no halo
-    //! \param others cleared
-    Part( const Grid<Dim>& grid, const CellBox<Dim>& inner,
-          const PackList& others )
-        : _kind( Kind::inner ), _grid( grid ), _inner( inner ),
-          _others( others )
+    //! All. \param total that there are
+    explicit NodeRows( const int total ) : _count( total ) {}
+    //! \param rows ascending
+    explicit NodeRows( const IndexList& rows )
+        : _rows( rows ), _count( rows.extent_int( 0 ) ), _is_listed( true )
     {
     }
 
-    //! The packs that a kernel has put off since.
-    Part rest() const
+    //! \param kernel called with a row, on the device
+    template <class Kernel>
+    void forEach( const char* label, const Kernel& kernel ) const
     {
-        Part part = *this;
-        part._kind = Kind::rest;
-        return part;
-    }
-
-    bool isInner() const { return _kind == Kind::inner; }
-    bool isRest() const { return _kind == Kind::rest; }
-
-    //! What a kernel runs over, for n particles.
-    Range range( const int n ) const
-    {
-        if ( !isRest() )
-            return packs( n );
-        int count = 0;
-        Kokkos::deep_copy( count, _others.count );
-        return Range( 0, count );
-    }
-    //! Pack k of the range.
-    KOKKOS_FORCEINLINE_FUNCTION Pack pack( const int k, const int n ) const
-    {
-        return Pack::of( _kind == Kind::rest ? _others.packs( k ) : k, n );
-    }
-    //! Is the pack to be left alone for now? Each may be asked once.
-    //! \param x of its particles [Dim]
-    KOKKOS_FORCEINLINE_FUNCTION bool
-    putsOff( const Pack p, const VectorOf<Dim, Lanes>& x ) const
-    {
-        if ( _kind != Kind::inner ||
-             !any( active( p ) && !_inner.surelyContains( _grid, x ) ) )
-            return false;
-        _others.packs( Kokkos::atomic_fetch_add( &_others.count(), 1 ) ) =
-            p.first / lane_count;
-        return true;
+        const Range range( 0, _count );
+        const auto rows = _rows;
+        if ( _is_listed )
+            Kokkos::parallel_for(
+                label, range,
+                KOKKOS_LAMBDA( const int k ) { kernel( rows( k ) ); } );
+        else
+            Kokkos::parallel_for( label, range, kernel );
     }
 
   private:
-    enum class Kind : int
-    {
-        all,
-        inner,
-        rest
-    };
-
-    Kind _kind = Kind::all;
-    Grid<Dim> _grid = {};
-    CellBox<Dim> _inner = {};
-    PackList _others;
+    IndexList _rows;
+    int _count;
+    bool _is_listed = false;
 };
 
 //! Images of nodes beyond the box of a rank.
@@ -240,9 +186,10 @@ class Halo
         : _layout( layout ), _kinds( kinds ),
           _exchange( layout, decomposition.comm() )
     {
-        const int needed = layout.halo + 1;
+        bool is_cut = false;
         for ( int d = 0; d < Dim; ++d )
         {
+            const int needed = layout.halo[d] + 1;
             const bool cut = decomposition.ranks()[d] > 1;
             const int cells =
                 cut ? decomposition.fewestCells( d ) : layout.cells[d];
@@ -257,10 +204,13 @@ class Halo
                                 std::to_string( needed ) + " are needed" ) );
             if ( !cut )
                 continue;
+            is_cut = true;
             connect( d, decomposition );
             if ( cells < 2 * needed )
                 _is_thin = true;
         }
+        _outer =
+            is_cut ? NodeRows( listOuterRows() ) : NodeRows( layout.total );
     }
 
     //! Number of nodes on a side with normal `axis`, halo included.
@@ -286,22 +236,54 @@ class Halo
     //! What each owned node counts for in sums; for kernels.
     NodeWeights<Dim> weights() const { return { _layout, _kinds }; }
 
-    //! Adds the halo's content to its images. Scalars add; vectors add with
-    //! the sign of their reflection. \param field [nodes][N]
+    /*!
+      \brief Adds the halo's content to its images, and serves what reads the
+      field. Scalars add; vectors add with the sign of their reflection.
+
+      Owned nodes then have their sums, and so have those that neighbours own:
+      they send each other the layers on both sides of their cut, and both add
+      what comes. Boxes so thin that a node may be shared by three of them along
+      one axis fold first and fill then.
+      \param field [nodes][N]
+      \param kernels called with NodeRows, host; they may read the field in the
+      row that they serve and in the next one below along each axis. While
+      messages are under way they serve all rows, and after that once more those
+      to which messages made a difference; without messages all, once.
+    */
+    template <std::size_t N, class Kernels>
+    void fold( const NodeView& field, const NodeComponents<N>& components,
+               const Kernels& kernels ) const
+    {
+        join( field, components, kernels, false );
+    }
+    //! The same where nothing is to be done meanwhile.
     template <std::size_t N>
     void fold( const NodeView& field,
                const NodeComponents<N>& components ) const
     {
-        constexpr int columns = static_cast<int>( N );
-        for ( int axis = 0; axis < Dim; ++axis )
-        {
-            _exchange.start( field, axis, columns, _beyond[axis] );
-            overSides( "Machpoint::fold", axis, field, components, FoldNode{} );
-            _exchange.finish( field, axis, columns, _beyond[axis], AddValue{} );
-        }
+        join( field, components, nothing, false );
+    }
+    //! fold, and fillSides before the kernels.
+    template <std::size_t N, class Kernels>
+    void foldAndFill( const NodeView& field,
+                      const NodeComponents<N>& components,
+                      const Kernels& kernels ) const
+    {
+        join( field, components, kernels, true );
     }
 
-    //! Copies images into the halo. \param field [nodes][N]
+    //! Copies images into the halo: what lies beyond walls and open sides, and
+    //! periodic images on this rank. What neighbours own a field has that was
+    //! folded, or made of such. \param field [nodes][N]
+    template <std::size_t N>
+    void fillSides( const NodeView& field,
+                    const NodeComponents<N>& components ) const
+    {
+        for ( int axis = 0; axis < Dim; ++axis )
+            fillSides( field, components, axis );
+    }
+
+    //! fillSides, and what neighbours own. \param field [nodes][N]
     template <std::size_t N>
     void fill( const NodeView& field,
                const NodeComponents<N>& components ) const
@@ -310,65 +292,13 @@ class Halo
         for ( int axis = 0; axis < Dim; ++axis )
         {
             _exchange.start( field, axis, columns, _within[axis] );
-            overSides( "Machpoint::fill", axis, field, components, FillNode{} );
+            fillSides( field, components, axis );
             _exchange.finish( field, axis, columns, _within[axis], SetValue{} );
         }
     }
 
-    /*!
-      \brief fold and fill with half the messages: neighbours send each other
-      the layers on both sides of their cut, and both add what comes.
-
-      Boxes so thin that a node may be shared by three of them along one axis
-      do one after the other.
-    */
-    template <std::size_t N>
-    void foldAndFill( const NodeView& field,
-                      const NodeComponents<N>& components ) const
-    {
-        if ( _is_thin )
-        {
-            fold( field, components );
-            fill( field, components );
-            return;
-        }
-        constexpr int columns = static_cast<int>( N );
-        for ( int axis = 0; axis < Dim; ++axis )
-        {
-            _exchange.start( field, axis, columns, _across[axis] );
-            overSides( "Machpoint::fold", axis, field, components, FoldNode{} );
-            _exchange.finish( field, axis, columns, _across[axis], AddValue{} );
-        }
-        for ( int axis = 0; axis < Dim; ++axis )
-            overSides( "Machpoint::fill", axis, field, components, FillNode{} );
-    }
-
-    /*!
-      \brief fill, and what reads the field while messages are under way.
-      \param inner part that needs no halo, or all: then nothing is done
-      meanwhile
-      \param work called with a Part, host: where no axis is cut once, else
-      first with the inner one, then with the rest
-    */
-    template <std::size_t N, class Work>
-    void fill( const NodeView& field, const NodeComponents<N>& components,
-               const Part<Dim>& inner, const Work& work ) const
-    {
-        constexpr int columns = static_cast<int>( N );
-        bool worked = false;
-        for ( int axis = 0; axis < Dim; ++axis )
-        {
-            _exchange.start( field, axis, columns, _within[axis] );
-            if ( !worked && isCut( axis ) && inner.isInner() )
-            {
-                work( inner );
-                worked = true;
-            }
-            overSides( "Machpoint::fill", axis, field, components, FillNode{} );
-            _exchange.finish( field, axis, columns, _within[axis], SetValue{} );
-        }
-        work( worked ? inner.rest() : Part<Dim>{} );
-    }
+    //! For sums that no kernel reads meanwhile.
+    static void nothing( const NodeRows& ) {}
 
     // Public only because nvcc wants the types and the parent function of a
     // device lambda to be accessible.
@@ -424,7 +354,7 @@ class Halo
         const auto upper_kind = _kinds[2 * axis + 1];
         const bool at_lower = layout.box.begin[axis] == 0;
         const bool at_upper = layout.box.end[axis] == layout.cells[axis];
-        const int halo = layout.halo;
+        const int halo = layout.halo[axis];
         const int vertex = layout.centred ? 0 : 1;
         const int cells = layout.cells[axis];
         const int end = cells + vertex + halo;
@@ -480,8 +410,94 @@ class Halo
             } );
     }
 
+    //! The rows that messages change, and those above them.
+    IndexList listOuterRows() const
+    {
+        const auto layout = _layout;
+        Indices<Dim> begin = layout.box.begin, end = layout.box.end;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            begin[d] += layout.halo[d] + ( layout.centred ? 1 : 2 );
+            end[d] -= layout.halo[d] + 1; // faces on a wall are their own image
+            if ( isCut( d ) )
+                continue;
+            begin[d] = layout.lowest( d );
+            end[d] = begin[d] + layout.extent[d];
+        }
+        const auto found = collect(
+            "Machpoint::outerRows", 0, layout.total, layout.total,
+            KOKKOS_LAMBDA( const int row ) {
+                const auto i = layout.indices( row );
+                for ( int d = 0; d < Dim; ++d )
+                    if ( i[d] < begin[d] || i[d] >= end[d] )
+                        return true;
+                return false;
+            } );
+        IndexList rows( "Machpoint::outerRows", found.extent( 0 ) );
+        Kokkos::deep_copy( rows, found );
+        return rows;
+    }
+
   private:
     using Exchange = HaloExchange<Dim>;
+
+    template <std::size_t N>
+    void foldSides( const NodeView& field, const NodeComponents<N>& components,
+                    const int axis ) const
+    {
+        overSides( "Machpoint::fold", axis, field, components, FoldNode{} );
+    }
+    template <std::size_t N>
+    void fillSides( const NodeView& field, const NodeComponents<N>& components,
+                    const int axis ) const
+    {
+        overSides( "Machpoint::fill", axis, field, components, FillNode{} );
+    }
+
+    //! \param fills are sides filled too?
+    template <std::size_t N, class Kernels>
+    void join( const NodeView& field, const NodeComponents<N>& components,
+               const Kernels& kernels, const bool fills ) const
+    {
+        constexpr int columns = static_cast<int>( N );
+        const NodeRows all( _layout.total );
+        if ( _is_thin )
+        {
+            for ( int axis = 0; axis < Dim; ++axis )
+            {
+                _exchange.start( field, axis, columns, _beyond[axis] );
+                foldSides( field, components, axis );
+                _exchange.finish( field, axis, columns, _beyond[axis],
+                                  AddValue{} );
+            }
+            fill( field, components );
+            kernels( all );
+            return;
+        }
+        for ( int axis = 0; axis < Dim; ++axis )
+            if ( !isCut( axis ) )
+                foldSides( field, components, axis );
+        bool is_begun = false;
+        for ( int axis = 0; axis < Dim; ++axis )
+        {
+            if ( !isCut( axis ) )
+                continue;
+            _exchange.start( field, axis, columns, _across[axis] );
+            if ( !is_begun )
+            {
+                for ( int d = 0; d < Dim && fills; ++d )
+                    if ( !isCut( d ) )
+                        fillSides( field, components, d );
+                kernels( all );
+            }
+            is_begun = true;
+            foldSides( field, components, axis );
+            _exchange.finish( field, axis, columns, _across[axis], AddValue{} );
+        }
+        if ( fills )
+            fillSides( field, components );
+        kernels( is_begun ? _outer : all );
+    }
 
     //! Finds the neighbours along a cut axis, and which layers they share. The
     //! domain's ends are neighbours where they are periodic.
@@ -489,7 +505,7 @@ class Halo
     {
         const auto& box = _layout.box;
         const int vertex = _layout.centred ? 0 : 1;
-        const int halo = _layout.halo;
+        const int halo = _layout.halo[axis];
         for ( const bool upper : { false, true } )
         {
             const int side = 2 * axis + ( upper ? 1 : 0 );
@@ -530,6 +546,7 @@ class Halo
     typename Exchange::Side _within[Dim][2]; // for fill
     typename Exchange::Side _across[Dim][2]; // for both
     bool _is_thin = false;                   // is a box?
+    NodeRows _outer{ 0 }; // that messages change; without any all
 };
 
 } // namespace Machpoint

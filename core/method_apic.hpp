@@ -39,7 +39,7 @@ constexpr Real widest_volume = 4;
   shock on any grid (0.2 % with exp; examples/piston).
 */
 template <class Basis, int Dim>
-void gridToParticlesApic( const State<Dim>& state, const Part<Dim>& part )
+void gridToParticlesApic( const State<Dim>& state )
 {
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
@@ -61,12 +61,9 @@ void gridToParticlesApic( const State<Dim>& state, const Part<Dim>& part )
     const Real widest = widest_volume * grid.cellVolume();
     const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::gridToParticles", part.range( n ),
-        KOKKOS_LAMBDA( const int k ) {
-            const Pack p = part.pack( k, n );
+        "Machpoint::gridToParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
             const auto old_x = loadVector<Dim>( x, p );
-            if ( part.putsOff( p, old_x ) )
-                return;
             const auto old_v = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> old_C[Dim];
             loadMatrix<Dim>( C, p, old_C );
@@ -213,11 +210,9 @@ struct Apic : MethodDefaults
     static void gridToParticles( State<Dim>& state, Storage<Dim>&,
                                  const Constrain& )
     {
-        state.halo.fill(
-            state.nodes.velocities, velocityComponents<Dim>(),
-            innerPart( state ),
-            [&]( const Part<Dim>& part )
-            { Impl::gridToParticlesApic<Basis, Dim>( state, part ); } );
+        state.halo.fillSides( state.nodes.velocities,
+                              velocityComponents<Dim>() );
+        Impl::gridToParticlesApic<Basis, Dim>( state );
     }
 
     //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:

@@ -28,9 +28,12 @@ struct Conservative : MethodDefaults
         "exact";
     static constexpr const char* default_basis = "quadratic";
     static constexpr bool affine = true;
-    //! The viscosity limiter looks one face further than a particle, and
-    //! images may lie one cell beyond the box.
-    static constexpr int extra_halo = 1;
+    //! Half a step of motion leads up to a cell beyond the box, and so may
+    //! images lie.
+    static constexpr int reach = 1;
+    //! A new velocity takes the faces on both sides of its node, the limiter
+    //! of the viscosity those next to a face.
+    static constexpr int margin = 1;
     static constexpr bool needs_outer_moments = true;
     //! Steps between merges.
     static constexpr int merge_every = 5;
@@ -64,7 +67,6 @@ struct Conservative : MethodDefaults
     {
         ConservativeParts parts;
         NodeView faces, inverse_filling;
-        IndexList outer_faces; //!< those that change as messages come
         NodeSum stress;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
@@ -103,8 +105,6 @@ struct Conservative : MethodDefaults
                 NodeView( "Machpoint::faces", total, Impl::face_columns * Dim );
             inverse_filling =
                 NodeView( "Machpoint::inverseFilling", total, Dim );
-            if ( state.decomposition.comm().size() > 1 )
-                outer_faces = Impl::listOuterFaces( state.layout );
             stress =
                 makeNodeSum( "Machpoint::stress", state,
                              Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) );
@@ -184,8 +184,8 @@ struct Conservative : MethodDefaults
     {
         const auto& parts = storage.parts;
         const auto& faces = storage.faces;
-        state.halo.fill( state.nodes.velocities,
-                         vectorComponents<Dim, 1>( Parity::velocity ) );
+        state.halo.fillSides( state.nodes.velocities,
+                              vectorComponents<Dim, 1>( Parity::velocity ) );
         if ( parts.viscosity_limiter )
         {
             {
@@ -194,10 +194,8 @@ struct Conservative : MethodDefaults
                 Impl::measureFaces<true>( state, faces, storage.inverse_filling,
                                           parts.least_filling );
             }
-            state.halo.fill(
-                faces, Impl::allFaceComponents<Dim>(), innerPart( state ),
-                [&]( const Part<Dim>& part )
-                { Impl::gatherRates<Basis, true>( state, faces, part ); } );
+            state.halo.fillSides( faces, Impl::allFaceComponents<Dim>() );
+            Impl::gatherRates<Basis, true>( state, faces );
         }
         else
         {
@@ -214,30 +212,32 @@ struct Conservative : MethodDefaults
         auto& stress = storage.stress;
         const Real kb = parts.blend_in_compression;
         if ( kb > 0 )
-        {
             stress.deposit(
                 [&]( const auto& sums )
                 { Impl::depositStress<true, Basis>( state, kb, sums ); } );
-            stress.foldAndFill( state.halo, stressComponents<Dim>() );
-        }
         else
-        {
             stress.deposit(
                 [&]( const auto& sums )
                 { Impl::depositStress<false, Basis>( state, kb, sums ); } );
-            stress.foldAndFill( state.halo, faceComponents<Dim>() );
-        }
     }
 
     //! Section 4: force of the pressure, new velocity and blend.
     template <int Dim>
     static void advanceGridVelocity( const State<Dim>& state,
-                                     const Storage<Dim>& storage )
+                                     Storage<Dim>& storage )
     {
         const auto& parts = storage.parts;
-        Impl::applyPressure( state, storage.inverse_filling,
-                             storage.stress.field(),
-                             parts.blend_in_compression > 0, parts.blend );
+        auto& stress = storage.stress;
+        const bool blends = parts.blend_in_compression > 0;
+        const auto advance = [&]( const NodeRows& rows )
+        {
+            Impl::applyPressure( state, rows, storage.inverse_filling,
+                                 stress.field(), blends, parts.blend );
+        };
+        if ( blends )
+            stress.foldAndFill( state.halo, stressComponents<Dim>(), advance );
+        else
+            stress.foldAndFill( state.halo, faceComponents<Dim>(), advance );
     }
 
     //! Sections 5 to 7.
@@ -246,31 +246,19 @@ struct Conservative : MethodDefaults
                                  const Constrain& )
     {
         const auto& parts = storage.parts;
-        const Impl::MeasureMotion<Dim> measure{
-            state.nodes.moments, state.nodes.velocities,
-            storage.faces,       storage.inverse_filling,
-            state.layout,        state.grid.inverse };
-        auto gather = [&]( const Part<Dim>& part )
-        {
-            // Again where the halo has come meanwhile.
-            if ( part.isRest() )
-                Impl::measureMotion( measure, storage.outer_faces );
-            else
-                Impl::measureMotion( measure );
-            if ( state.images.count > 0 )
-                state.ledger.energy_in +=
-                    Impl::workOfImages<Basis>( state, storage.faces );
-            if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
-                Impl::gatherParticles<Basis, true>( state, storage.faces, parts,
-                                                    storage.drift, part );
-            else
-                Impl::gatherParticles<Basis, false>(
-                    state, storage.faces, parts, storage.drift, part );
-        };
-        // Images read what their particles were, so none is overwritten before.
-        state.halo.fill(
-            state.nodes.velocities, velocityComponents<Dim>(),
-            state.images.count > 0 ? Part<Dim>{} : innerPart( state ), gather );
+        state.halo.fillSides( state.nodes.velocities,
+                              velocityComponents<Dim>() );
+        Impl::measureMotion( state, storage.faces, storage.inverse_filling );
+        // Images read what their particles were.
+        if ( state.images.count > 0 )
+            state.ledger.energy_in +=
+                Impl::workOfImages<Basis>( state, storage.faces );
+        if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
+            Impl::gatherParticles<Basis, true>( state, storage.faces, parts,
+                                                storage.drift );
+        else
+            Impl::gatherParticles<Basis, false>( state, storage.faces, parts,
+                                                 storage.drift );
     }
 
     //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:

@@ -18,9 +18,12 @@ namespace Machpoint
 //! The members of a method that `paper` and `apic` share.
 struct MethodDefaults
 {
-    //! Layers of nodes beyond those that a particle in the box sees.
-    static constexpr int extra_halo = 0;
-    //! Does it read moments on nodes of the halo?
+    //! Cells beyond the box from which particles scatter.
+    static constexpr int reach = 0;
+    //! Layers that the halo needs besides along an axis that is cut, so that a
+    //! rank makes there itself what particles read.
+    static constexpr int margin = 0;
+    //! Does it read moments beyond walls and open sides?
     static constexpr bool needs_outer_moments = false;
     //! Does the scheme promise a positive energy, so that a step which breaks
     //! the promise is repeated?
@@ -71,8 +74,7 @@ struct MethodDefaults
 
     //! Line 5: node velocities after the step.
     template <int Dim, class StorageType>
-    static void advanceGridVelocity( const State<Dim>& state,
-                                     const StorageType& )
+    static void advanceGridVelocity( const State<Dim>& state, StorageType& )
     {
         Machpoint::advanceGridVelocity( state );
     }

@@ -200,7 +200,8 @@ struct Paper : MethodDefaults
                                  const Constrain& constrain )
     {
         const auto components = vectorComponents<Dim, 1>( Parity::velocity );
-        state.halo.fill( state.nodes.velocities, velocityComponents<Dim>() );
+        state.halo.fillSides( state.nodes.velocities,
+                              velocityComponents<Dim>() );
         Impl::updateParticleVelocity<Basis, Dim>( state ); // 6
         second.velocity.deposit(
             [&]( const auto& sums )
@@ -209,7 +210,7 @@ struct Paper : MethodDefaults
         const auto& velocity = second.velocity.field();
         Impl::divideByMass<Dim>( state, velocity );      // 8
         constrain( GridVelocity{ velocity, 0, false } ); // eq. 7
-        state.halo.fill( velocity, components );
+        state.halo.fillSides( velocity, components );
         Impl::updateParticles<Basis, Dim>( state, velocity ); // 9, 10
     }
 

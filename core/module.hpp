@@ -60,7 +60,6 @@ struct State
     Particles<Dim> particles;
     Nodes<Dim> nodes;
     Images<Dim> images; //!< of the particles near curved walls, this step
-    PackList put_off;   //!< scratch: packs that wait for the halo
     //! Rates of the grid velocity at the particles; null where the method
     //! knows only the gradient that a particle carries.
     Sidecar<RateMembers>* rates = nullptr;
@@ -167,15 +166,18 @@ class Module
     virtual Real imageReach( const Grid<Dim>& ) const { return 0; }
     //! Keeps what it needs of state.nodes.moment_sum from before the fold.
     virtual void keepDeposit( State<Dim>& ) {}
-    //! Adds to the force on nodes (Nodes::force_column), walls and neighbours
-    //! folded in.
+    //! Adds to the force on all stored nodes (Nodes::force_column), walls and
+    //! neighbours folded in.
     virtual void gridForce( State<Dim>& ) {}
     //! Adds a viscous pressure, from state.rates, to that of the particles.
     virtual void viscousPressure( State<Dim>& ) {}
-    //! Constrains a velocity on the owned nodes: once v, once v', and where
-    //! the method has one, a velocity that only serves as a gradient. A wall
-    //! that moves with u does the work impulse . u, exactly if it holds the
-    //! same nodes for v and v'; add it to the ledger.
+    //! Constrains a velocity on all stored nodes: once v, once v', and where
+    //! the method has one, a velocity that only serves as a gradient. A rank
+    //! constrains its halo as the neighbour does the same nodes, which stand
+    //! where NodeLayout::home says; what is beyond a wall is the wall's
+    //! business. Sums take nodes with state.halo.weights(), 0 in the halo. A
+    //! wall that moves with u does the work impulse . u, exactly if it holds
+    //! the same nodes for v and v'; add it to the ledger.
     virtual void applyToGrid( State<Dim>&, const GridVelocity& ) {}
     //! After the new node velocities are known: account for work done.
     virtual void gridWork( State<Dim>& ) {}

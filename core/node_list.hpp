@@ -13,7 +13,8 @@ namespace Machpoint
 {
 
 /*!
-  \brief The owned nodes whose position satisfies a predicate.
+  \brief The stored nodes whose position, NodeLayout::home, satisfies a
+  predicate.
   \param label what the memory is called in a profile
   \param chosen callable on the device with a position [Dim]
   \return their rows in a NodeView, ascending
@@ -27,8 +28,8 @@ IndexList listNodes( const std::string& label, const NodeLayout<Dim>& layout,
     Kokkos::parallel_scan(
         "Machpoint::listNodes", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int row, int& n, const bool final ) {
-            const auto i = layout.indices( row );
-            if ( !layout.isOwned( i ) || !chosen( layout.position( i ) ) )
+            const auto i = layout.home( layout.indices( row ) );
+            if ( !chosen( layout.position( i ) ) )
                 return;
             if ( final )
                 rows( n ) = row;

@@ -399,23 +399,51 @@ class NodeSum
         _scatter->contribute();
     }
 
-    //! Adds images and what neighbours have: the owned nodes then have their
-    //! values. \param components of the field
+    //! Adds images and what neighbours have: owned nodes, and those that
+    //! neighbours own, then have their values. \param components of the field
+    //! \param kernels see Halo::fold
+    template <int Dim, std::size_t N, class Kernels>
+    void fold( const Halo<Dim>& halo, const NodeComponents<N>& components,
+               const Kernels& kernels )
+    {
+        if ( _reproducible )
+        {
+            halo.fold( _sums, twice( components ) );
+            joinParts();
+            kernels( NodeRows( _field.extent_int( 0 ) ) );
+        }
+        else
+            halo.fold( _field, components, kernels );
+    }
+    //! The same for all nodes that are stored.
+    template <int Dim, std::size_t N, class Kernels>
+    void foldAndFill( const Halo<Dim>& halo,
+                      const NodeComponents<N>& components,
+                      const Kernels& kernels )
+    {
+        if ( _reproducible )
+        {
+            halo.foldAndFill( _sums, twice( components ), halo.nothing );
+            joinParts();
+            kernels( NodeRows( _field.extent_int( 0 ) ) );
+        }
+        else
+            halo.foldAndFill( _field, components, kernels );
+    }
+    //! \name The same where nothing is to be done meanwhile
+    //! @{
     template <int Dim, std::size_t N>
     void fold( const Halo<Dim>& halo, const NodeComponents<N>& components )
     {
-        join( components, [&]( const NodeView& sums, const auto& list )
-              { halo.fold( sums, list ); } );
+        fold( halo, components, halo.nothing );
     }
-
-    //! The same for all nodes that are stored.
     template <int Dim, std::size_t N>
     void foldAndFill( const Halo<Dim>& halo,
                       const NodeComponents<N>& components )
     {
-        join( components, [&]( const NodeView& sums, const auto& list )
-              { halo.foldAndFill( sums, list ); } );
+        foldAndFill( halo, components, halo.nothing );
     }
+    //! @}
 
     //! Becomes, in every column, what is deposited in one column of another
     //! sum that is not folded yet.
@@ -451,20 +479,14 @@ class NodeSum
     }
 
   private:
-    //! Calls fold( sums, their components ) and makes the field of the sums.
-    template <std::size_t N, class Fold>
-    void join( const NodeComponents<N>& components, const Fold& fold )
+    //! Components of the columns of parts.
+    template <std::size_t N>
+    static NodeComponents<2 * N> twice( const NodeComponents<N>& components )
     {
-        if ( !_reproducible )
-        {
-            fold( _field, components );
-            return;
-        }
         NodeComponents<2 * N> both{};
         for ( std::size_t c = 0; c < 2 * N; ++c )
             both[c] = components[c / 2];
-        fold( _sums, both );
-        joinParts();
+        return both;
     }
 
     //! The terms that the kernels will add, knowing the largest of each column

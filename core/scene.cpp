@@ -150,6 +150,23 @@ std::vector<std::vector<SideKind>> claimSides( Scene<Dim>& scene,
     return kinds;
 }
 
+//! The node of the domain whose image node i is: periodic or mirrored.
+template <int Dim>
+Indices<Dim> imageOf( const NodeLayout<Dim>& layout, Indices<Dim> i )
+{
+    i = layout.home( i );
+    const int centre = layout.centred ? 1 : 0;
+    for ( int d = 0; d < Dim; ++d )
+    {
+        const int last = layout.cells[d] - centre;
+        if ( i[d] < 0 )
+            i[d] = -i[d] - centre;
+        else if ( i[d] > last )
+            i[d] = 2 * last + centre - i[d];
+    }
+    return i;
+}
+
 //! The halo of this rank's nodes.
 template <int Dim>
 Halo<Dim> makeHalo( const Scene<Dim>& scene )
@@ -166,13 +183,12 @@ Halo<Dim> makeHalo( const Scene<Dim>& scene )
         auto host = Kokkos::create_mirror_view( kinds[side] );
         for ( int t = 0; t < size; ++t )
         {
-            const auto i = Halo<Dim>::sideNode( layout, axis, t );
-            // The halo's corners belong to the nearest place of the side.
+            const auto i =
+                imageOf<Dim>( layout, Halo<Dim>::sideNode( layout, axis, t ) );
             int flat = 0;
             for ( int d = Dim - 1; d >= 0; --d )
                 if ( d != axis )
-                    flat = flat * whole.extent[d] +
-                           std::clamp( i[d], 0, whole.extent[d] - 1 );
+                    flat = flat * whole.extent[d] + i[d];
             host( t ) = scene.side_kinds[side][flat];
         }
         Kokkos::deep_copy( kinds[side], host );
@@ -297,8 +313,15 @@ NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene )
         reach +=
             static_cast<int>( std::ceil( farthest / state.grid.minSpacing() ) );
     }
-    return NodeLayout<Dim>( state.grid, state.decomposition.box(),
-                            needs.centred, needs.halo, reach );
+    Indices<Dim> margin{};
+    for ( int d = 0; d < Dim; ++d )
+        margin[d] = state.decomposition.ranks()[d] > 1 ? needs.margin : 0;
+    NodeLayout<Dim> layout( state.grid, state.decomposition.box(),
+                            needs.centred, needs.halo, reach, margin );
+    for ( int d = 0; d < Dim; ++d )
+        if ( scene.side_kinds[2 * d].front() == SideKind::periodic )
+            layout.period[d] = layout.cells[d];
+    return layout;
 }
 
 } // namespace

@@ -24,6 +24,8 @@ struct NodeNeeds
     bool centred; //!< nodes at cell centres rather than vertices
     int halo;     //!< layers of nodes that a particle in the box sees beyond it
     int reach;    //!< cells beyond the box from which particles scatter
+    int margin;   //!< layers more where axes are cut, so that a rank makes what
+                  //!< it needs of neighbours' nodes itself
 };
 
 //! State and modules of a run.

@@ -28,8 +28,8 @@ class Stepper : public Simulation
   public:
     //! \param input resolved \throws InputError
     explicit Stepper( const Json& input )
-        : _scene( makeScene<Dim>(
-              input, { Basis::centred, Basis::halo, Method::extra_halo } ) ),
+        : _scene( makeScene<Dim>( input, { Basis::centred, Basis::halo,
+                                           Method::reach, Method::margin } ) ),
           _storage( makeNodes(), input ),
           _balancer( input.at( "decomposition" ).at( "balance" ) ),
           _sort_every( input.at( "particles" ).at( "sort_every" ) ),
@@ -213,8 +213,11 @@ class Stepper : public Simulation
         {
             Profile::Phase phase( "balance" );
             // A box must be wider than its halo.
+            int fewest = 0;
+            for ( int d = 0; d < Dim; ++d )
+                fewest = std::max( fewest, state.layout.halo[d] + 1 );
             if ( !_balancer.moveCuts( state.decomposition, state.grid,
-                                      state.particles, state.layout.halo + 1 ) )
+                                      state.particles, fewest ) )
                 return;
         }
         layOut();
@@ -274,11 +277,13 @@ class Stepper : public Simulation
         {
             Profile::Phase phase( "grid" );
             const auto components = Method::template momentComponents<Dim>();
+            const auto divide = [&]( const NodeRows& rows )
+            { gridVelocity( state, rows ); };
+            auto& moments = state.nodes.moment_sum;
             if ( Method::needs_outer_moments )
-                state.nodes.moment_sum.foldAndFill( state.halo, components );
+                moments.foldAndFill( state.halo, components, divide );
             else
-                state.nodes.moment_sum.fold( state.halo, components );
-            gridVelocity( state );
+                moments.fold( state.halo, components, divide );
         }
         each( "grid force", &Module<Dim>::gridForce );
         // FLIP takes up only v' - v, so there v alone gives no impulse.

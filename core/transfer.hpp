@@ -104,33 +104,15 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
         } );
 }
 
-//! The particles that may gather from nodes before the messages of other ranks
-//! have come: those whose stencil surely stays on owned nodes; on one rank all.
-template <int Dim>
-Part<Dim> innerPart( State<Dim>& state )
-{
-    if ( state.decomposition.comm().size() == 1 )
-        return {};
-    state.put_off.clear( packs( state.particles.size() ).end() );
-    auto inner = state.layout.box;
-    for ( int d = 0; d < Dim; ++d )
-    {
-        inner.begin[d] += state.layout.halo;
-        inner.end[d] -= state.layout.halo + ( state.layout.centred ? 0 : 1 );
-    }
-    return { state.grid, inner, state.put_off };
-}
-
-//! v_i = (mv)_i / m_i on every stored node; 0 where there is no gas.
+//! v_i = (mv)_i / m_i on nodes; 0 where there is no gas.
 //! \param[out] velocities columns 0 to Dim - 1
 template <int Dim>
-void gridVelocity( const State<Dim>& state )
+void gridVelocity( const State<Dim>& state, const NodeRows& rows )
 {
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
-    Kokkos::parallel_for(
-        "Machpoint::gridVelocity", Range( 0, state.layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
+    rows.forEach(
+        "Machpoint::gridVelocity", KOKKOS_LAMBDA( const int i ) {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, d ) = m > 0 ? moments( i, 1 + d ) / m : 0.0;

@@ -275,7 +275,7 @@ class Checker
         const int least =
             ( basis == Linear::name ? 1 : 2 ) +
             ( _input.at( "method" ).at( "name" ) == Conservative::name
-                  ? Conservative::extra_halo
+                  ? Conservative::reach
                   : 0 );
         double places = _input.at( "particles" ).at( "per_cell" );
         for ( int d = 0; d < _dimension; ++d )

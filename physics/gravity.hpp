@@ -124,12 +124,12 @@ class Gravity : public Module<Dim>
         Kokkos::parallel_reduce(
             "Machpoint::gravityWork", Range( 0, layout.total ),
             KOKKOS_LAMBDA( const int row, ReproducibleSum& sum ) {
-                const auto i = layout.indices( row );
-                if ( !layout.isOwned( i ) )
+                const Real share = weights( layout.indices( row ) );
+                if ( share == 0 )
                     return;
                 for ( int d = 0; d < Dim; ++d )
                     sum +=
-                        dt * weights( i ) * force( row, d ) * 0.5 *
+                        dt * share * force( row, d ) * 0.5 *
                         ( velocities( row, d ) + velocities( row, Dim + d ) );
             },
             work );

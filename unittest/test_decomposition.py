@@ -34,6 +34,10 @@ def method(name, basis):
     return {"method": {"name": name, "basis": basis}}
 
 
+UPPER_HALF, LOWER_HALF = [
+    {"type": "half_space", "point": [0, 5], "normal": [0, direction]}
+    for direction in (-1, 1)]
+
 # Scene, what differs from the shipped input, steps. All kinds of sides,
 # obstacles, and everything that makes, moves or removes particles.
 SCENES = {
@@ -53,6 +57,15 @@ SCENES = {
         "grid.cells": [60, 30], **method("paper", "quadratic")}, 30),
     "gravity": ("gravity_column", {}, 20),
     "blast in 3D": ("sedov_3d", {"grid.cells": [16, 18, 20]}, 12),
+    # The kind of a side changes, at a corner of periodic sides too.
+    "side of two kinds": ("isentropic_vortex", {
+        "grid.cells": [32, 36], "boundary": [
+            {"type": "periodic", "side": "y_lower"},
+            {"type": "periodic", "side": "y_upper"},
+            {"type": "slip_wall", "side": "x_lower"},
+            {"type": "outflow", "side": "x_upper", "region": UPPER_HALF},
+            {"type": "no_slip_wall", "side": "x_upper",
+             "region": LOWER_HALF}]}, 25),
 }
 # Gas in a part of the domain, so that boxes move: every module and method that
 # keeps something on nodes must follow.
@@ -87,9 +100,10 @@ REPRODUCIBLE = {
     "recycled stream": ("cylinder_mach3_recycle", {
         "grid.cells": [60, 30], **method("paper", "quadratic")}, 10, (3,)),
     "gravity": ("gravity_column", {}, 10, (3,)),
-    "blast in 3D": ("sedov_3d", {"grid.cells": [8, 9, 10]}, 6, (3, 4)),
+    "blast in 3D": ("sedov_3d", {"grid.cells": [8, 9, 12]}, 6, (3, 4)),
 }
 ARRANGED = {"cylinder": ([4, 1], [2, 2], [1, 4]),
+            "side of two kinds": ([4, 1], [2, 2]),
             "blast in 3D": ([2, 2, 1], [1, 2, 2])}
 
 

@@ -70,6 +70,28 @@ TEST( Grid, boxOfARank )
     EXPECT_FALSE( layout.isOwned( { 0, 6 } ) );
 }
 
+// A layer more along an axis; nodes beyond a periodic end are at home inside.
+TEST( Grid, layoutOfACutPeriodicAxis )
+{
+    const Grid<2> grid( { 0, 0 }, { 4, 6 }, { 4, 6 } );
+    for ( const bool centred : { true, false } )
+    {
+        NodeLayout<2> layout( grid, { { 0, 3 }, { 4, 6 } }, centred, 1, 1,
+                              { 0, 1 } );
+        layout.period[1] = 6;
+        EXPECT_EQ( layout.halo[0], 2 );
+        EXPECT_EQ( layout.halo[1], 3 );
+        EXPECT_EQ( layout.lowest( 1 ), 0 );
+        EXPECT_EQ( layout.extent[1], 3 + ( centred ? 0 : 1 ) + 2 * 3 );
+        const auto above = layout.home( { -1, 8 } );
+        EXPECT_EQ( above[0], -1 ); // that axis has walls
+        EXPECT_EQ( above[1], 2 );
+        EXPECT_EQ( layout.home( { 3, -2 } )[1], 4 );
+        EXPECT_EQ( layout.home( { 3, 6 } )[1], 0 );
+        EXPECT_EQ( layout.home( { 3, 5 } )[1], 5 );
+    }
+}
+
 TEST( Grid, layoutIsABijection )
 {
     const Grid<3> grid( { 0, 0, 0 }, { 3, 2, 1 }, { 3, 2, 4 } );

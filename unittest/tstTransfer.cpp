@@ -38,7 +38,7 @@ struct Box
         input["particles"]["placement"] = "random";
         const auto resolved = resolveInput( input, "test" );
         auto scene =
-            makeScene<Dim>( resolved, { Basis::centred, Basis::halo, 0 } );
+            makeScene<Dim>( resolved, { Basis::centred, Basis::halo, 0, 0 } );
         const int total = scene.state.layout.total;
         scene.state.nodes.moments =
             NodeView( "moments", total, paddedColumns( 1 + 2 * Dim ) );
@@ -62,9 +62,7 @@ Real ownedMass( const State<Dim>& state )
     Kokkos::parallel_reduce(
         "ownedMass", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int row, Real& sum ) {
-            const auto i = layout.indices( row );
-            if ( layout.isOwned( i ) )
-                sum += weights( i ) * moments( row, 0 );
+            sum += weights( layout.indices( row ) ) * moments( row, 0 );
         },
         owned );
     return owned;
@@ -163,11 +161,14 @@ TYPED_TEST( Transfer, affineMomentumReproducesLinearVelocity )
     auto& state = box.scene.state;
     setLinearField( state );
     box.template deposit<true>();
-    gridVelocity( state ); // before the fold: real particles only
+    gridVelocity(
+        state,
+        NodeRows(
+            state.layout.total ) ); // before the fold: real particles only
     auto affine = copy( state.nodes.velocities );
     auto moments = copy( state.nodes.moments );
     box.template deposit<false>();
-    gridVelocity( state );
+    gridVelocity( state, NodeRows( state.layout.total ) );
     auto plain = copy( state.nodes.velocities );
     Real worst = 0;
     for ( int row = 0; row < state.layout.total; ++row )

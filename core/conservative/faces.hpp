@@ -13,7 +13,6 @@
 #ifndef MACHPOINT_CONSERVATIVE_FACES_HPP
 #define MACHPOINT_CONSERVATIVE_FACES_HPP
 
-#include <core/collect.hpp>
 #include <core/transfer.hpp>
 
 namespace Machpoint
@@ -270,72 +269,36 @@ void measureFaces( const State<Dim>& state, const NodeView& faces,
         } );
 }
 
-//! FaceMotion of a face, in the place of FaceRate.
+//! FaceMotion on every face, in the place of FaceRate.
+//! \param inverse_filling 1/den
 template <int Dim>
-struct MeasureMotion
+void measureMotion( const State<Dim>& state, const NodeView& faces,
+                    const NodeView& inverse_filling )
 {
-    NodeView moments, velocities, faces, inverse_filling;
-    NodeLayout<Dim> layout;
-    Vector<Dim> inverse;
-
-    KOKKOS_INLINE_FUNCTION Real mean( const int row, const int a ) const
-    {
-        return 0.5 * ( velocities( row, a ) + velocities( row, Dim + a ) );
-    }
-    KOKKOS_INLINE_FUNCTION void operator()( const int i ) const
-    {
-        for ( int a = 0; a < Dim; ++a )
-        {
-            const int next = i + layout.stride[a];
-            const int face = face_columns * a;
-            faces( i, face + MeanNormalised ) =
-                next < layout.total
-                    ? inverse_filling( i, a ) *
-                          ( mean( next, a ) - mean( i, a ) ) * inverse[a]
-                    : 0.0;
-            faces( i, face + Excess ) = moments( i, theta_column<Dim> + a ) - 1;
-        }
-    }
-};
-
-//! On all faces.
-template <int Dim>
-void measureMotion( const MeasureMotion<Dim>& measure )
-{
-    Kokkos::parallel_for( "Machpoint::measureMotion",
-                          Range( 0, measure.layout.total ), measure );
-}
-
-//! On some faces. \param rows of them
-template <int Dim>
-void measureMotion( const MeasureMotion<Dim>& measure, const IndexList& rows )
-{
+    const auto moments = state.nodes.moments;
+    const auto velocities = state.nodes.velocities;
+    const auto layout = state.layout;
+    const auto inverse = state.grid.inverse;
     Kokkos::parallel_for(
-        "Machpoint::measureOuterMotion", Range( 0, rows.extent_int( 0 ) ),
-        KOKKOS_LAMBDA( const int k ) { measure( rows( k ) ); } );
-}
-
-/*!
-  \brief The faces that a message of another rank changes: those that reach
-  beyond the box.
-  \return their rows, ascending
-*/
-template <int Dim>
-IndexList listOuterFaces( const NodeLayout<Dim>& layout )
-{
-    const auto found = collect(
-        "Machpoint::outerFaces", 0, layout.total, layout.total,
-        KOKKOS_LAMBDA( const int row ) {
-            const auto i = layout.indices( row );
-            for ( int d = 0; d < Dim; ++d )
-                if ( i[d] < layout.box.begin[d] ||
-                     i[d] >= layout.box.end[d] - 1 )
-                    return true;
-            return false;
+        "Machpoint::measureMotion", Range( 0, layout.total ),
+        KOKKOS_LAMBDA( const int i ) {
+            auto mean = [&]( const int row, const int a ) {
+                return 0.5 *
+                       ( velocities( row, a ) + velocities( row, Dim + a ) );
+            };
+            for ( int a = 0; a < Dim; ++a )
+            {
+                const int next = i + layout.stride[a];
+                const int face = face_columns * a;
+                faces( i, face + MeanNormalised ) =
+                    next < layout.total
+                        ? inverse_filling( i, a ) *
+                              ( mean( next, a ) - mean( i, a ) ) * inverse[a]
+                        : 0.0;
+                faces( i, face + Excess ) =
+                    moments( i, theta_column<Dim> + a ) - 1;
+            }
         } );
-    IndexList list( "Machpoint::outerFaces", found.extent( 0 ) );
-    Kokkos::deep_copy( list, found );
-    return list;
 }
 
 /*!
@@ -347,8 +310,7 @@ IndexList listOuterFaces( const NodeLayout<Dim>& layout )
   \param[out] state.rates
 */
 template <class Basis, bool Limited, int Dim>
-void gatherRates( const State<Dim>& state, const NodeView& faces,
-                  const Part<Dim>& part = {} )
+void gatherRates( const State<Dim>& state, const NodeView& faces )
 {
     const auto x = state.particles.template slice<Position>();
     const auto C = state.particles.template slice<VelocityGradient>();
@@ -362,13 +324,10 @@ void gatherRates( const State<Dim>& state, const NodeView& faces,
     const Real h = grid.minSpacing();
     const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::gatherRates", part.range( n ),
-        KOKKOS_LAMBDA( const int k ) {
-            const Pack p = part.pack( k, n );
-            const auto place = loadVector<Dim>( x, p );
-            if ( part.putsOff( p, place ) )
-                return;
-            const Stencil<Basis, Dim, Lanes> s( grid, layout, place );
+        "Machpoint::gatherRates", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
             const Lanes zero( 0.0 );
             Lanes D = zero;
             Lanes normalised = zero;
@@ -512,9 +471,9 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
   \param[out] state.nodes.velocities columns Dim to 2 Dim
 */
 template <int Dim>
-void applyPressure( const State<Dim>& state, const NodeView& inverse_filling,
-                    const NodeView& stress, const bool blends,
-                    const Real blend )
+void applyPressure( const State<Dim>& state, const NodeRows& rows,
+                    const NodeView& inverse_filling, const NodeView& stress,
+                    const bool blends, const Real blend )
 {
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
@@ -522,9 +481,8 @@ void applyPressure( const State<Dim>& state, const NodeView& inverse_filling,
     const auto inverse = state.grid.inverse;
     const Real dt = state.dt;
     const Real cell_volume = state.grid.cellVolume();
-    Kokkos::parallel_for(
-        "Machpoint::applyPressure", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
+    rows.forEach(
+        "Machpoint::applyPressure", KOKKOS_LAMBDA( const int i ) {
             auto pressure = [&]( const int row, const int a ) {
                 return row < 0 ? 0.0
                                : stress( row, a ) * inverse_filling( row, a );

@@ -150,12 +150,11 @@ KOKKOS_FORCEINLINE_FUNCTION Number relaxationRate( const Number& excess,
   velocity of motion loses ks c clip(g, -.5, .5) with g = h grad theta. Uniform
   motion knows neither.
   \param drift of the integrator midpoint, else null
-  \param part of the particles
 */
 template <class Basis, bool Rearranges, int Dim>
 void gatherParticles( const State<Dim>& state, const NodeView& faces,
                       const ConservativeParts& parts,
-                      Sidecar<DriftMembers<Dim>>* drift, const Part<Dim>& part )
+                      Sidecar<DriftMembers<Dim>>* drift )
 {
     using drift_type = typename Sidecar<DriftMembers<Dim>>::aosoa_type;
     const bool midpoint = drift != nullptr;
@@ -192,12 +191,9 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const Real ks = parts.particle_shifting;
     const int n = state.particles.size();
     Kokkos::parallel_for(
-        "Machpoint::gatherParticles", part.range( n ),
-        KOKKOS_LAMBDA( const int k ) {
-            const Pack p = part.pack( k, n );
+        "Machpoint::gatherParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
             const auto old_x = loadVector<Dim>( x, p );
-            if ( part.putsOff( p, old_x ) )
-                return;
             const auto old_v = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );

@@ -90,11 +90,12 @@ class Piston : public Machpoint::Module<Dim>
             "Piston::applyToGrid", Range( 0, layout.total ),
             KOKKOS_LAMBDA( const int row, Real& sum ) {
                 const auto i = layout.indices( row );
-                if ( !layout.isOwned( i ) ||
-                     layout.position( i )[axis] >= held )
+                if ( layout.position( layout.home( i ) )[axis] >= held )
                     return;
-                const Real m = weights( i ) * moments( row, 0 );
-                sum += m * ( u - field( row, column ) );
+                const Real share = weights( i );
+                if ( share > 0 )
+                    sum += share * moments( row, 0 ) *
+                           ( u - field( row, column ) );
                 field( row, column ) = u;
             },
             impulse );
