@@ -74,6 +74,20 @@ class Suite(unittest.TestCase):
             result = {"values": {label: value}, "fast": False}
             self.assertEqual(len(suite.misses(case, result)), missed)
 
+    def test_settings_reach_every_run(self):
+        case = next(c for c in suite.CASES if c.name == "toro2")
+        found = {}
+        with tempfile.TemporaryDirectory() as scratch:
+            for sets in {}, {"time.cfl": 0.1}:
+                work = suite.Suite(os.environ["MACHPOINT_EXECUTABLE"], scratch,
+                                   fast=True, sets=sets)
+                found[len(sets)] = work.measure(case, METHOD)
+        for command in found[1]["commands"]:
+            self.assertIn("--set time.cfl=0.1", command)
+        self.assertEqual(found[1]["broken"], [])
+        self.assertGreater(found[1]["particle_steps"],
+                           2 * found[0]["particle_steps"])
+
     def test_a_bound_of_nothing_is_missed(self):
         case = next(c for c in suite.CASES if c.name == "toro2")
         self.assertEqual(len(suite.misses(case, {"values": {}, "fast": False})),

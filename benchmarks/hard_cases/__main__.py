@@ -2,10 +2,11 @@
 
 Usage: python3 benchmarks/hard_cases [--fast] [--case NAME]... [--method NAME]...
            [--machpoint PATH] [--reference PATH] [--output DIR] [--keep]
-           [--draws NUMBER] [--cfl] [--docs] [--kept]
+           [--set PATH=VALUE]... [--draws NUMBER] [--cfl] [--docs] [--kept]
 
 Prints a line for each case and method and writes DIR/results.json; results are
-kept in DIR, so that a long run can be continued. --draws solves that many
+kept in DIR, so that a long run can be continued. --set overrides a parameter in
+all cases: do they stay stable with time.cfl=1.2, or method.basis=cubic? --draws solves that many
 random Riemann problems too, --cfl searches the largest stable CFL numbers;
 --docs does both, for all cases and methods, and writes docs/stability.md and
 docs/pictures/hard_cases_*.png. --kept runs nothing and takes what DIR holds.
@@ -38,6 +39,17 @@ def line(case, result):
     return text
 
 
+def override(text):
+    """(path, value) of PATH=VALUE, the value JSON or a text."""
+    path, equals, value = text.partition("=")
+    if not path or not equals:
+        raise argparse.ArgumentTypeError(f"{text!r} is not PATH=VALUE")
+    try:
+        return path, json.loads(value)
+    except json.JSONDecodeError:
+        return path, value
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--fast", action="store_true",
@@ -50,14 +62,17 @@ def main():
                         help="machpoint_reference; default: beside machpoint")
     parser.add_argument("--output", metavar="DIR", default="out/hard_cases")
     parser.add_argument("--keep", action="store_true", help="keep all fields")
+    parser.add_argument("--set", action="append", type=override, default=[],
+                        metavar="PATH=VALUE", dest="sets")
     parser.add_argument("--draws", type=int, metavar="NUMBER", default=None)
     parser.add_argument("--cfl", action="store_true")
     parser.add_argument("--docs", action="store_true")
     parser.add_argument("--kept", action="store_true")
     arguments = parser.parse_args()
     if arguments.docs and (arguments.fast or arguments.case or
-                           arguments.method):
-        parser.error("--docs is of all cases and methods at full size")
+                           arguments.method or arguments.sets):
+        parser.error("--docs is of all cases and methods at full size, as "
+                     "they are")
 
     names = [case.name for case in suite.CASES]
     for name in arguments.case or []:
@@ -68,7 +83,8 @@ def main():
     if reference is None and beside.exists():
         reference = beside
     work = suite.Suite(arguments.machpoint, arguments.output, reference,
-                       arguments.fast, arguments.keep, arguments.kept)
+                       arguments.fast, arguments.keep, arguments.kept,
+                       dict(arguments.sets))
     methods = arguments.method or list(METHODS)
     results, failed = {}, False
     for case in suite.CASES:

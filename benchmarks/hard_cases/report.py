@@ -22,7 +22,7 @@ positive in every step; mass, with what entered and left, constant to {mass:g};
 total energy of closed scenes to {energy:g}; particles inside the domain and
 outside solids; no collapse of the time step. `benchmarks/hard_cases/` has the
 cases; `unittest/test_hard_cases.py` runs small versions of all of them with
-`conservative` in every build.
+`conservative` in every build. `--set PATH=VALUE` runs all with another parameter.
 
 - *verdict*: `broken`: an invariant is not kept, which the notes below the table
   name; `intact`: all are. Bounds are asked of `conservative` only: `ok`, or

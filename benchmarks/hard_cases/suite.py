@@ -44,15 +44,16 @@ class Suite:
     machpoint, reference: executables; output: results are kept there, one
     file for each case, method, size and executable; keep: leave fields; kept:
     take what is there, of another executable where this one has nothing, and
-    run nothing.
+    run nothing; sets: {dotted path: value} for all runs, after those of a case.
     """
 
     def __init__(self, machpoint, output, reference=None, fast=False,
-                 keep=False, kept=False):
+                 keep=False, kept=False, sets=None):
         self.machpoint = str(pathlib.Path(machpoint).resolve())
         self.reference = reference and str(pathlib.Path(reference).resolve())
         self.output = pathlib.Path(output)
         self.fast, self.keep, self.kept = fast, keep, kept
+        self.sets = sets or {}
         self.identity = digest_of_file(self.machpoint)
         self.revision = subprocess.run(
             [self.machpoint, "--version"], check=True, capture_output=True,
@@ -84,7 +85,8 @@ class Suite:
         text = scene.read_text() if scene.exists() else ""
         # Without the reference the same case measures less.
         key = digest(case.variants(self.fast), METHODS, text, self.identity,
-                     bool(case.reference and self.reference and not self.fast))
+                     bool(case.reference and self.reference and not self.fast),
+                     *([self.sets] if self.sets else []))
         name = f"{case.name}-{method}-" + ("fast" if self.fast else "full")
         return self.remembered(f"{name}-{key}",
                                lambda: self._measure(case, method)) \
@@ -110,7 +112,7 @@ class Suite:
         for number, sets in enumerate(case.variants(self.fast)):
             document["dimension"] = sets.get("dimension",
                                              document["dimension"])
-            keys = settings(document, method, sets)
+            keys = settings(document, method, {**sets, **self.sets})
             keys.setdefault("output.every", 1e9)
             run = execute(self.machpoint, scene, keys,
                           self.output / "runs" / f"{case.name}-{method}" /
