@@ -10,7 +10,7 @@
 #include <core/collect.hpp>
 #include <core/communicator.hpp>
 #include <core/lanes.hpp>
-#include <core/traffic.hpp>
+#include <core/migration.hpp>
 #include <core/types.hpp>
 
 #include <Cabana_Core.hpp>
@@ -103,58 +103,6 @@ struct HostParticles
 
 using ParticleBins = Cabana::BinningData<MemorySpace>;
 
-#ifdef MACHPOINT_ENABLE_MPI
-//! Which particles go to which rank; their data by way of the host where MPI
-//! does not reach the memory they are in.
-class ParticlePlan
-{
-  public:
-    //! Collective. \param ranks target of each particle that leaves
-    ParticlePlan( const Communicator& comm, const IndexList& ranks )
-    {
-        if ( mpiReachesMemory() )
-            _direct.emplace( comm.handle(), ranks );
-        else
-            _staged.emplace( comm.handle(), Kokkos::create_mirror_view_and_copy(
-                                                Kokkos::HostSpace(), ranks ) );
-    }
-
-    //! Number of particles that arrive.
-    std::size_t arriving() const
-    {
-        return _direct ? _direct->totalNumImport() : _staged->totalNumImport();
-    }
-
-    //! Number of particles that leave for another rank.
-    std::size_t departing() const
-    {
-        return _direct ? _direct->totalNumExport() : _staged->totalNumExport();
-    }
-
-    //! Collective. \param leaving in the order of the ranks given
-    template <class AoSoA>
-    void send( const AoSoA& leaving, AoSoA& arriving ) const
-    {
-        Traffic::own().migrated_bytes += static_cast<std::int64_t>(
-            departing() * sizeof( typename AoSoA::tuple_type ) );
-        if ( _direct )
-        {
-            Cabana::migrate( *_direct, leaving, arriving );
-            return;
-        }
-        const auto out =
-            Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(), leaving );
-        auto in = Cabana::create_mirror_view( Kokkos::HostSpace(), arriving );
-        Cabana::migrate( *_staged, out, in );
-        Cabana::deep_copy( arriving, in );
-    }
-
-  private:
-    std::optional<Cabana::Distributor<MemorySpace>> _direct;
-    std::optional<Cabana::Distributor<Kokkos::HostSpace>> _staged;
-};
-#endif
-
 //! Memory where particles are that is not in use meanwhile.
 struct Scratch
 {
@@ -186,10 +134,12 @@ class SidecarBase
     virtual void save() = 0;
     //! @}
 #ifdef MACHPOINT_ENABLE_MPI
-    //! Sends the entries of the given rows by a plan, and keeps what arrives.
-    virtual void send( const ParticlePlan& plan, const IndexList& rows ) = 0;
-    //! Puts what arrived at row `first` and after.
-    virtual void receive( int first ) = 0;
+    //! \name On the way to another rank, as in Migration
+    //! @{
+    virtual int words() const = 0;
+    virtual void pack( Migration& migration, const IndexList& rows ) const = 0;
+    virtual void unpack( Migration& migration, int first ) const = 0;
+    //! @}
 #endif
     //! Writes all entries, or reads n. \throws ArchiveError
     virtual void checkpoint( Archive& archive, std::size_t n ) = 0;
@@ -300,37 +250,6 @@ void copyParticles( AoSoA& to, const AoSoA& from )
     resizeWithSlack( to, from.size() );
     Cabana::deep_copy( to, from );
 }
-
-#ifdef MACHPOINT_ENABLE_MPI
-//! Sends some rows of an AoSoA by a plan. \return what arrives
-template <class AoSoA>
-AoSoA sendTuples( const ParticlePlan& plan, const AoSoA& aosoa,
-                  const IndexList& rows )
-{
-    AoSoA leaving( "Machpoint::leaving", rows.size() );
-    AoSoA arriving( "Machpoint::arriving", plan.arriving() );
-    Kokkos::parallel_for(
-        "Machpoint::leavingParticles",
-        Range( 0, static_cast<int>( leaving.size() ) ),
-        KOKKOS_LAMBDA( const int k ) {
-            leaving.setTuple( k, aosoa.getTuple( rows( k ) ) );
-        } );
-    plan.send( leaving, arriving );
-    return arriving;
-}
-
-//! Copies all of `from` to row `first` and after.
-template <class AoSoA>
-void appendTuples( const AoSoA& aosoa, const AoSoA& from, const int first )
-{
-    Kokkos::parallel_for(
-        "Machpoint::arrivingParticles",
-        Range( 0, static_cast<int>( from.size() ) ),
-        KOKKOS_LAMBDA( const int k ) {
-            aosoa.setTuple( first + k, from.getTuple( k ) );
-        } );
-}
-#endif
 
 //! Component c of a member, row by row. \tparam Type e.g. Real[2][2]
 template <class Type, class SliceType>
@@ -467,7 +386,7 @@ class Sidecar : public SidecarBase
     Sidecar( const std::string& label, const std::size_t n,
              const DuringStep during_step, const char* const* names = nullptr )
         : _label( label ), _during_step( during_step ), _names( names ),
-          _aosoa( label ), _spare( label ), _arrived( label )
+          _aosoa( label ), _spare( label )
     {
         resize( n );
     }
@@ -518,14 +437,17 @@ class Sidecar : public SidecarBase
             Impl::copyParticles( _spare, _aosoa );
     }
 #ifdef MACHPOINT_ENABLE_MPI
-    void send( const ParticlePlan& plan, const IndexList& rows ) override
+    int words() const override
     {
-        _arrived = Impl::sendTuples( plan, _aosoa, rows );
+        return words_of<aosoa_type>;
     }
-    void receive( const int first ) override
+    void pack( Migration& migration, const IndexList& rows ) const override
     {
-        Impl::appendTuples( _aosoa, _arrived, first );
-        _arrived = aosoa_type( _aosoa.label() );
+        migration.pack( _aosoa, rows );
+    }
+    void unpack( Migration& migration, const int first ) const override
+    {
+        migration.unpack( _aosoa, first );
     }
 #endif
     void checkpoint( Archive& archive, const std::size_t n ) override
@@ -559,8 +481,7 @@ class Sidecar : public SidecarBase
     const char* const* _names;
     bool _keeps = false;
     aosoa_type _aosoa;
-    aosoa_type _spare;   // the other state
-    aosoa_type _arrived; // between send and receive
+    aosoa_type _spare; // the other state
 };
 
 //! What a method that forms the grid's divergence anew tells the effects of
@@ -914,17 +835,20 @@ class Particles
             return sums[0];
         }
         Traffic::own().migrated_particles += sent;
-        ++Traffic::own().collectives; // of the plan
-        const ParticlePlan plan( comm, targets );
-        const auto arrived = Impl::sendTuples( plan, _aosoa, rows );
-        for ( auto& sidecar : _sidecars )
-            sidecar->send( plan, rows );
+        int words = words_of<aosoa_type>;
+        for ( const auto& sidecar : _sidecars )
+            words += sidecar->words();
+        Migration migration( comm, targets, words );
+        migration.pack( _aosoa, rows );
+        for ( const auto& sidecar : _sidecars )
+            sidecar->pack( migration, rows );
+        migration.exchange();
         remove( rows );
         const int kept = size();
-        resize( kept + arrived.size() );
-        Impl::appendTuples( _aosoa, arrived, kept );
-        for ( auto& sidecar : _sidecars )
-            sidecar->receive( kept );
+        resize( kept + migration.arriving() );
+        migration.unpack( _aosoa, kept );
+        for ( const auto& sidecar : _sidecars )
+            sidecar->unpack( migration, kept );
         return sums[0];
 #else
         static_cast<void>( rank_of );

@@ -1,0 +1,167 @@
+/*!
+  \file migration.hpp
+  \brief Layer 2: particles on their way to other ranks.
+*/
+#ifndef MACHPOINT_MIGRATION_HPP
+#define MACHPOINT_MIGRATION_HPP
+
+#include <core/communicator.hpp>
+#include <core/traffic.hpp>
+#include <core/types.hpp>
+
+#include <Cabana_Core.hpp>
+
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! Words of 8 bytes that a particle's members in an AoSoA take.
+template <class AoSoA>
+constexpr int words_of = ( sizeof( typename AoSoA::tuple_type ) + 7 ) / 8;
+
+#ifdef MACHPOINT_ENABLE_MPI
+/*!
+  \brief Takes particles to the ranks of a plan (Cabana::Distributor).
+
+  A particle travels as one record, in which its members of all AoSoAs follow
+  one another, so that a rank has one message for each other. `pack` every
+  AoSoA, `exchange`, and `unpack` every AoSoA in the same order.
+*/
+class Migration
+{
+  public:
+    //! Collective. \param ranks [leavers] target of each; negative: none
+    //! \param words of a record
+    Migration( const Communicator& comm, const IndexList& ranks,
+               const int words )
+        : _plan( comm.handle(), ranks ), _words( words ),
+          _sent( makeRecords( "Machpoint::sent", _plan.totalNumExport() ) ),
+          _received(
+              makeRecords( "Machpoint::received", _plan.totalNumImport() ) )
+    {
+        ++Traffic::own().collectives;
+    }
+
+    //! Number of particles that arrive.
+    int arriving() const { return static_cast<int>( _plan.totalNumImport() ); }
+
+    //! \param rows [leavers] in the order of the ranks given
+    template <class AoSoA>
+    void pack( const AoSoA& aosoa, const IndexList& rows )
+    {
+        const auto leaving = _plan.getExportSteering();
+        const auto to = next<AoSoA>( _sent );
+        Kokkos::parallel_for(
+            "Machpoint::packParticles",
+            Range( 0, static_cast<int>( _plan.totalNumExport() ) ),
+            KOKKOS_LAMBDA( const int k ) {
+                to( k ) = aosoa.getTuple( rows( leaving( k ) ) );
+            } );
+    }
+
+    //! Sends and receives; waits for both.
+    void exchange()
+    {
+        _packed = 0;
+        ExecutionSpace().fence( "Machpoint: particles packed" );
+        if ( mpiReachesMemory() )
+        {
+            send( _sent.data(), _received.data() );
+            return;
+        }
+        const auto out =
+            Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), _sent );
+        const auto in = Kokkos::create_mirror_view( _received );
+        send( out.data(), in.data() );
+        Kokkos::deep_copy( _received, in );
+    }
+
+    //! Puts what has arrived at row `first` and after.
+    template <class AoSoA>
+    void unpack( const AoSoA& aosoa, const int first )
+    {
+        const auto from = next<AoSoA>( _received );
+        Kokkos::parallel_for(
+            "Machpoint::unpackParticles", Range( 0, arriving() ),
+            KOKKOS_LAMBDA( const int k ) {
+                aosoa.setTuple( first + k, from( k ) );
+            } );
+    }
+
+    // Public only because nvcc wants the types of a device lambda to be
+    // accessible.
+
+    using Records = Kokkos::View<Real*, MemorySpace>;
+
+    //! The members of one AoSoA in all records.
+    template <class Tuple>
+    struct Part
+    {
+        Records records;
+        int first, words;
+
+        KOKKOS_INLINE_FUNCTION Tuple& operator()( const int k ) const
+        {
+            void* const place =
+                records.data() + static_cast<std::size_t>( k ) * words + first;
+            return *static_cast<Tuple*>( place );
+        }
+    };
+
+  private:
+    Records makeRecords( const std::string& label,
+                         const std::size_t particles ) const
+    {
+        return Records(
+            Kokkos::view_alloc( label, Kokkos::WithoutInitializing ),
+            particles * _words );
+    }
+
+    template <class AoSoA>
+    auto next( const Records& records )
+    {
+        const int first = _packed;
+        _packed += words_of<AoSoA>;
+        return Part<typename AoSoA::tuple_type>{ records, first, _words };
+    }
+
+    void send( const Real* out, Real* in ) const
+    {
+        MPI_Datatype record;
+        MPI_Type_contiguous( _words, MPI_DOUBLE, &record );
+        MPI_Type_commit( &record );
+        std::vector<MPI_Request> requests;
+        const int tag = 2; // 0 and 1 are those of the halo
+        for ( int k = 0; k < _plan.numNeighbor(); ++k )
+        {
+            const int rank = _plan.neighborRank( k );
+            const auto arriving = _plan.numImport( k );
+            const auto leaving = _plan.numExport( k );
+            if ( arriving > 0 )
+                MPI_Irecv( in, static_cast<int>( arriving ), record, rank, tag,
+                           _plan.comm(), &requests.emplace_back() );
+            if ( leaving > 0 )
+                MPI_Isend( out, static_cast<int>( leaving ), record, rank, tag,
+                           _plan.comm(), &requests.emplace_back() );
+            in += arriving * _words;
+            out += leaving * _words;
+        }
+        MPI_Waitall( static_cast<int>( requests.size() ), requests.data(),
+                     MPI_STATUSES_IGNORE );
+        MPI_Type_free( &record );
+        Traffic::own().migrated_bytes += static_cast<std::int64_t>(
+            _plan.totalNumExport() * _words * sizeof( Real ) );
+    }
+
+    Cabana::Distributor<MemorySpace> _plan;
+    int _words;
+    Records _sent, _received;
+    int _packed = 0; // words of a record that are packed, or unpacked
+};
+#endif
+
+} // namespace Machpoint
+
+#endif
