@@ -162,18 +162,27 @@ class SpeedTest(unittest.TestCase):
         of = {("ours", "apic", 2, "ordered", 1): 30e6,
               ("ours", "apic", 2, "mixed", 1): 24e6,
               ("ours", "conservative_midpoint", 2, "ordered", 1): 20e6,
-              ("plain", "ordered", 1): 20e6, ("cylinder",): 34.0,
+              ("ours", "apic", 3, "ordered", 1): 5e6,
+              ("plain", "ordered", 1): 20e6, ("plain", "ordered", 2): 30.5e6,
+              ("cylinder",): 34.0,
               ("bytes",): 112, ("memory", "apic"): 224.0}
         rows = {row.text: row for row in targets.rows(of)}
         verdicts = {text: row.met for text, row in rows.items()
-                    if row.value is not None}
+                    if row.met is not None}
         self.assertEqual(verdicts, {
             "2D `apic`, ordered, 1 thread(s), over the plain loop": True,
             "2D `apic`, 1 thread(s), mixed over ordered": False,
+            "3D `apic`, 8 per cell, 1 thread(s)": False,
             "2D `conservative` midpoint over `apic`, cost of a particle step":
                 True,
             "`cylinder_mach3`, 400x200 to t = 4, 2 threads": True,
             "2D `apic`, memory of a particle over one AoSoA's bytes": False})
+        # Half as fast a host on two threads, two thirds on one.
+        scaled = [row.value for row in targets.rows(of)
+                  if "scaled" in row.text]
+        self.assertAlmostEqual(scaled[0], 5 * 31.6 / 20)
+        self.assertIsNone(scaled[1])
+        self.assertAlmostEqual(scaled[2], 34.0 / 2)
         text = targets.verdicts(rows.values())
         self.assertIn("| 0.8 | >= 0.85 | **missed** |", text)
         self.assertEqual({row.met for row in targets.unjudged(rows.values())},

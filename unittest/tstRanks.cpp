@@ -274,6 +274,8 @@ void expectAllHome( const bool even )
             unevenCuts<2>( grid.cells, decomposition.ranks(), 1 ) );
     const int n = 100 + 17 * comm.rank();
     Particles<2> particles;
+    auto& flags = particles.addSidecar<Cabana::MemberTypes<int>>(
+        "flags", DuringStep::stays ); // half a word
     auto& sidecar =
         particles.addSidecar<Cabana::MemberTypes<Real[3], std::int64_t>>(
             "sidecar", DuringStep::changes );
@@ -287,9 +289,12 @@ void expectAllHome( const bool even )
     auto host = particles.toHost();
     auto side = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
                                                      sidecar.data() );
+    auto flag = Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                     flags.data() );
     for ( int p = 0; p < n; ++p )
     {
         const auto x = place( first + p );
+        Cabana::slice<0>( flag )( p ) = static_cast<int>( first + p );
         host.slice<Id>()( p ) = first + p;
         host.slice<Mass>()( p ) = 3.0 * ( first + p );
         host.slice<Position>()( p, 0 ) = x[0];
@@ -299,6 +304,7 @@ void expectAllHome( const bool even )
     }
     particles.fromHost( host );
     Cabana::deep_copy( sidecar.data(), side );
+    Cabana::deep_copy( flags.data(), flag );
 
     particles.migrate( comm, decomposition.finder( grid ) );
 
@@ -306,6 +312,8 @@ void expectAllHome( const bool even )
     const auto after = particles.toHost();
     const auto side_after = Cabana::create_mirror_view_and_copy(
         Kokkos::HostSpace(), sidecar.data() );
+    const auto flag_after = Cabana::create_mirror_view_and_copy(
+        Kokkos::HostSpace(), flags.data() );
     ASSERT_EQ( static_cast<int>( sidecar.data().size() ), found );
     std::vector<std::int64_t> ids;
     for ( int p = 0; p < found; ++p )
@@ -318,6 +326,7 @@ void expectAllHome( const bool even )
         EXPECT_EQ( after.slice<Mass>()( p ), 3.0 * id );
         EXPECT_EQ( Cabana::slice<0>( side_after )( p, 2 ), 5.0 * id );
         EXPECT_EQ( Cabana::slice<1>( side_after )( p ), id );
+        EXPECT_EQ( Cabana::slice<0>( flag_after )( p ), id );
         EXPECT_EQ( rankOf( decomposition, grid, x ), comm.rank() );
         EXPECT_TRUE( decomposition.box().contains( grid, x ) );
     }
