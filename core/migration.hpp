@@ -17,9 +17,9 @@
 namespace Machpoint
 {
 
-//! Words of 8 bytes that a particle's members in an AoSoA take.
+//! Numbers that a particle has in an AoSoA; all, ids too, take 8 bytes.
 template <class AoSoA>
-constexpr int words_of = ( sizeof( typename AoSoA::tuple_type ) + 7 ) / 8;
+constexpr int words_of = sizeof( typename AoSoA::tuple_type ) / sizeof( Real );
 
 #ifdef MACHPOINT_ENABLE_MPI
 /*!
@@ -122,6 +122,8 @@ class Migration
     template <class AoSoA>
     auto next( const Records& records )
     {
+        static_assert( sizeof( typename AoSoA::tuple_type ) % sizeof( Real ) ==
+                       0 );
         const int first = _packed;
         _packed += words_of<AoSoA>;
         return Part<typename AoSoA::tuple_type>{ records, first, _words };

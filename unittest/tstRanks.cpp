@@ -274,8 +274,8 @@ void expectAllHome( const bool even )
             unevenCuts<2>( grid.cells, decomposition.ranks(), 1 ) );
     const int n = 100 + 17 * comm.rank();
     Particles<2> particles;
-    auto& flags = particles.addSidecar<Cabana::MemberTypes<int>>(
-        "flags", DuringStep::stays ); // half a word
+    auto& flags = particles.addSidecar<Cabana::MemberTypes<std::int64_t>>(
+        "flags", DuringStep::stays );
     auto& sidecar =
         particles.addSidecar<Cabana::MemberTypes<Real[3], std::int64_t>>(
             "sidecar", DuringStep::changes );
@@ -294,7 +294,7 @@ void expectAllHome( const bool even )
     for ( int p = 0; p < n; ++p )
     {
         const auto x = place( first + p );
-        Cabana::slice<0>( flag )( p ) = static_cast<int>( first + p );
+        Cabana::slice<0>( flag )( p ) = -( first + p );
         host.slice<Id>()( p ) = first + p;
         host.slice<Mass>()( p ) = 3.0 * ( first + p );
         host.slice<Position>()( p, 0 ) = x[0];
@@ -326,7 +326,7 @@ void expectAllHome( const bool even )
         EXPECT_EQ( after.slice<Mass>()( p ), 3.0 * id );
         EXPECT_EQ( Cabana::slice<0>( side_after )( p, 2 ), 5.0 * id );
         EXPECT_EQ( Cabana::slice<1>( side_after )( p ), id );
-        EXPECT_EQ( Cabana::slice<0>( flag_after )( p ), id );
+        EXPECT_EQ( Cabana::slice<0>( flag_after )( p ), -id );
         EXPECT_EQ( rankOf( decomposition, grid, x ), comm.rank() );
         EXPECT_TRUE( decomposition.box().contains( grid, x ) );
     }
