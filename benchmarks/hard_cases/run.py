@@ -101,11 +101,12 @@ class Run:
                 yield self.read(kind, index)
 
 
-def execute(machpoint, scene, sets, directory, timeout):
+def execute(machpoint, scene, sets, directory, timeout, threads=None):
     """Runs a scene; never raises for what the run does.
 
     scene: path of an input below the repository's root; sets: {dotted path:
-    value}; directory: replaced; timeout: seconds.
+    value}; directory: replaced; timeout: seconds; threads: of OpenMP, else
+    those of the environment.
     """
     directory = pathlib.Path(directory)
     shutil.rmtree(directory, ignore_errors=True)
@@ -113,13 +114,16 @@ def execute(machpoint, scene, sets, directory, timeout):
     for path, value in sets.items():
         words += ["--set", f"{path}={json.dumps(value)}"]
     shown = shlex.join(["machpoint", "run", str(scene), *words])
+    environment = dict(os.environ, OMP_PROC_BIND="false")
+    if threads:
+        environment["OMP_NUM_THREADS"] = str(threads)
     start = time.monotonic()
     try:
         result = subprocess.run(
             [machpoint, "run", str(ROOT / scene), *words, "--output",
              str(directory), "--quiet"], stdin=subprocess.DEVNULL,
             capture_output=True, text=True, errors="replace", timeout=timeout,
-            env=dict(os.environ, OMP_PROC_BIND="false"))
+            env=environment)
         code, message = result.returncode, result.stderr.strip()
     except subprocess.TimeoutExpired:
         code, message = "time", f"not finished after {timeout} s"
