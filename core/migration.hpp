@@ -11,6 +11,8 @@
 
 #include <Cabana_Core.hpp>
 
+#include <algorithm>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -33,7 +35,7 @@ class Migration
 {
   public:
     //! Collective. \param ranks [leavers] target of each; negative: none
-    //! \param words of a record
+    //! \param words numbers of a record, of all AoSoAs
     Migration( const Communicator& comm, const IndexList& ranks,
                const int words )
         : _plan( comm.handle(), ranks ), _words( words ),
@@ -134,22 +136,33 @@ class Migration
         MPI_Datatype record;
         MPI_Type_contiguous( _words, MPI_DOUBLE, &record );
         MPI_Type_commit( &record );
+        // Arrivals stand in the order of the ranks they come from, whatever
+        // that of the plan is (an installed Cabana's depends on whose message
+        // was first), so that a run repeats exactly.
+        std::vector<int> by_rank( _plan.numNeighbor() );
+        std::iota( by_rank.begin(), by_rank.end(), 0 );
+        std::sort( by_rank.begin(), by_rank.end(),
+                   [&]( const int a, const int b ) {
+                       return _plan.neighborRank( a ) < _plan.neighborRank( b );
+                   } );
         std::vector<MPI_Request> requests;
         const int tag = 2; // 0 and 1 are those of the halo
+        for ( const int k : by_rank )
+            if ( const auto n = _plan.numImport( k ); n > 0 )
+            {
+                MPI_Irecv( in, static_cast<int>( n ), record,
+                           _plan.neighborRank( k ), tag, _plan.comm(),
+                           &requests.emplace_back() );
+                in += n * _words;
+            }
         for ( int k = 0; k < _plan.numNeighbor(); ++k )
-        {
-            const int rank = _plan.neighborRank( k );
-            const auto arriving = _plan.numImport( k );
-            const auto leaving = _plan.numExport( k );
-            if ( arriving > 0 )
-                MPI_Irecv( in, static_cast<int>( arriving ), record, rank, tag,
-                           _plan.comm(), &requests.emplace_back() );
-            if ( leaving > 0 )
-                MPI_Isend( out, static_cast<int>( leaving ), record, rank, tag,
-                           _plan.comm(), &requests.emplace_back() );
-            in += arriving * _words;
-            out += leaving * _words;
-        }
+            if ( const auto n = _plan.numExport( k ); n > 0 )
+            {
+                MPI_Isend( out, static_cast<int>( n ), record,
+                           _plan.neighborRank( k ), tag, _plan.comm(),
+                           &requests.emplace_back() );
+                out += n * _words;
+            }
         MPI_Waitall( static_cast<int>( requests.size() ), requests.data(),
                      MPI_STATUSES_IGNORE );
         MPI_Type_free( &record );

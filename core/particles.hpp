@@ -11,6 +11,7 @@
 #include <core/communicator.hpp>
 #include <core/lanes.hpp>
 #include <core/migration.hpp>
+#include <core/traffic.hpp>
 #include <core/types.hpp>
 
 #include <Cabana_Core.hpp>
