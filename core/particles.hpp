@@ -104,9 +104,12 @@ struct HostParticles
 
 using ParticleBins = Cabana::BinningData<MemorySpace>;
 
-//! Memory where particles are that is not in use meanwhile.
+//! Memory where particles are that is not in use meanwhile: for every particle
+//! at least one number.
 struct Scratch
 {
+    static constexpr std::size_t least_bytes = 8; //!< of a particle
+
     void* data;
     std::size_t bytes;
 };
@@ -184,6 +187,21 @@ AoSoA singleTuple( const AoSoA& aosoa, const int p )
     return single;
 }
 
+//! Overwrites particles from row `first` on. \param from on the host
+template <class AoSoA, class HostAoSoA>
+void putTuples( const AoSoA& aosoa, const std::size_t first,
+                const HostAoSoA& from )
+{
+    const auto block =
+        Cabana::create_mirror_view_and_copy( MemorySpace(), from );
+    Kokkos::parallel_for(
+        "Machpoint::putParticles", Range( 0, static_cast<int>( from.size() ) ),
+        KOKKOS_LAMBDA( const int k ) {
+            aosoa.setTuple( first + k, block.getTuple( k ) );
+        } );
+    Kokkos::fence( "Machpoint::putParticles" ); // before the host's change
+}
+
 //! Resizes with spare room, so that an open scene does not reallocate every
 //! time a few particles enter.
 template <class AoSoA>
@@ -214,44 +232,6 @@ void permute( const ParticleBins& bins, AoSoA& aosoa, AoSoA& spare )
     std::swap( aosoa, spare );
 }
 
-//! Reorders particles by way of scratch memory, if that is large enough.
-template <class Members>
-void permute( const ParticleBins& bins,
-              Cabana::AoSoA<Members, MemorySpace>& aosoa,
-              const Scratch& scratch )
-{
-    using aosoa_type = Cabana::AoSoA<Members, MemorySpace>;
-    using soa_type = typename aosoa_type::soa_type;
-    using Ordered =
-        Cabana::AoSoA<Members, MemorySpace, aosoa_type::vector_length,
-                      Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
-    const std::size_t tiles = aosoa.numSoA();
-    if ( scratch.bytes < tiles * sizeof( soa_type ) )
-    {
-        aosoa_type spare( aosoa.label() );
-        permute( bins, aosoa, spare );
-        return;
-    }
-    const Ordered ordered( static_cast<soa_type*>( scratch.data ), tiles,
-                           aosoa.size() );
-    copyInOrder( bins, aosoa, ordered );
-    const auto back = aosoa;
-    Kokkos::parallel_for(
-        "Machpoint::copyOrdered", Range( 0, static_cast<int>( tiles ) ),
-        KOKKOS_LAMBDA( const int s ) {
-            back.access( s ) = ordered.access( s );
-        } );
-    Kokkos::fence( "Machpoint::permute" ); // before others take the scratch
-}
-
-//! Copies particles, their number included.
-template <class AoSoA>
-void copyParticles( AoSoA& to, const AoSoA& from )
-{
-    resizeWithSlack( to, from.size() );
-    Cabana::deep_copy( to, from );
-}
-
 //! Component c of a member, row by row. \tparam Type e.g. Real[2][2]
 template <class Type, class SliceType>
 KOKKOS_INLINE_FUNCTION auto&
@@ -266,6 +246,79 @@ component( const SliceType& slice, const std::size_t p, const std::size_t c )
     else
         return slice( p, c / std::extent_v<Type, 1>,
                       c % std::extent_v<Type, 1> );
+}
+
+//! Reorders a member, one component after the other. \param ordered [n], 8
+//! bytes each
+template <std::size_t M, class AoSoA>
+void permuteMember( const ParticleBins& bins, const AoSoA& aosoa,
+                    void* const ordered )
+{
+    using Type =
+        typename Cabana::MemberTypeAtIndex<M,
+                                           typename AoSoA::member_types>::type;
+    using Value = std::remove_all_extents_t<Type>;
+    static_assert( sizeof( Value ) <= Scratch::least_bytes );
+    const auto slice = Cabana::slice<M>( aosoa );
+    auto* const values = static_cast<Value*>( ordered );
+    const Range all( 0, static_cast<int>( aosoa.size() ) );
+    for ( std::size_t c = 0; c < sizeof( Type ) / sizeof( Value ); ++c )
+    {
+        Kokkos::parallel_for(
+            "Machpoint::permuteComponent", all, KOKKOS_LAMBDA( const int k ) {
+                values[k] = component<Type>( slice, bins.permutation( k ), c );
+            } );
+        Kokkos::parallel_for(
+            "Machpoint::storeComponent", all, KOKKOS_LAMBDA( const int k ) {
+                component<Type>( slice, k, c ) = values[k];
+            } );
+    }
+}
+
+template <class AoSoA, std::size_t... M>
+void permuteMembers( const ParticleBins& bins, const AoSoA& aosoa,
+                     void* const ordered, std::index_sequence<M...> )
+{
+    ( permuteMember<M>( bins, aosoa, ordered ), ... );
+}
+
+//! Reorders particles by way of scratch memory: at once if it holds them all,
+//! else number by number, which takes twice as long.
+template <class Members>
+void permute( const ParticleBins& bins,
+              const Cabana::AoSoA<Members, MemorySpace>& aosoa,
+              const Scratch& scratch )
+{
+    using aosoa_type = Cabana::AoSoA<Members, MemorySpace>;
+    using soa_type = typename aosoa_type::soa_type;
+    using Ordered =
+        Cabana::AoSoA<Members, MemorySpace, aosoa_type::vector_length,
+                      Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
+    const std::size_t tiles = aosoa.numSoA();
+    if ( scratch.bytes < tiles * sizeof( soa_type ) )
+        permuteMembers( bins, aosoa, scratch.data,
+                        std::make_index_sequence<Members::size>{} );
+    else
+    {
+        const Ordered ordered( static_cast<soa_type*>( scratch.data ), tiles,
+                               aosoa.size() );
+        copyInOrder( bins, aosoa, ordered );
+        const auto back = aosoa;
+        Kokkos::parallel_for(
+            "Machpoint::copyOrdered", Range( 0, static_cast<int>( tiles ) ),
+            KOKKOS_LAMBDA( const int s ) {
+                back.access( s ) = ordered.access( s );
+            } );
+    }
+    Kokkos::fence( "Machpoint::permute" ); // before others take the scratch
+}
+
+//! Copies particles, their number included.
+template <class AoSoA>
+void copyParticles( AoSoA& to, const AoSoA& from )
+{
+    resizeWithSlack( to, from.size() );
+    Cabana::deep_copy( to, from );
 }
 
 //! Rows of a table on the host, [rows][columns].
@@ -294,7 +347,22 @@ void fetchMember( const AoSoA& aosoa, const std::size_t first,
     Kokkos::deep_copy( rows, block );
 }
 
-//! The other way round.
+//! A member of all particles. \return [n][components], row by row
+template <std::size_t M, class AoSoA>
+auto copyMember( const AoSoA& aosoa )
+{
+    using Type =
+        typename Cabana::MemberTypeAtIndex<M,
+                                           typename AoSoA::member_types>::type;
+    using Value = std::remove_all_extents_t<Type>;
+    constexpr std::size_t columns = sizeof( Type ) / sizeof( Value );
+    std::vector<Value> values( aosoa.size() * columns );
+    fetchMember<M>( aosoa, 0,
+                    HostRows<Value>( values.data(), aosoa.size(), columns ) );
+    return values;
+}
+
+//! Overwrites member M from row `first` on.
 template <std::size_t M, class AoSoA, class Value>
 void storeMember( const AoSoA& aosoa, const std::size_t first,
                   const HostRows<Value>& rows )
@@ -646,12 +714,27 @@ class Particles
                            Impl::singleTuple( _lasting.data(), p ) );
         return host;
     }
+    //! Copies a member of all particles to the host. \return [n][components],
+    //! row by row
+    template <std::size_t M>
+    auto copyMember() const
+    {
+        if constexpr ( isAdvanced( M ) )
+            return Impl::copyMember<M>( _aosoa );
+        else
+            return Impl::copyMember<M - Mass>( _lasting.data() );
+    }
     //! Takes all particles from the host.
     void fromHost( const HostParticles<Dim>& host )
     {
         resize( host.size() );
-        Cabana::deep_copy( _aosoa, host.advanced );
-        Cabana::deep_copy( _lasting.data(), host.lasting );
+        put( 0, host );
+    }
+    //! Overwrites particles from row `first` on.
+    void put( const std::size_t first, const HostParticles<Dim>& host )
+    {
+        Impl::putTuples( _aosoa, first, host.advanced );
+        Impl::putTuples( _lasting.data(), first, host.lasting );
     }
 
     //! Creates a sidecar that lives as long as the particles.
@@ -667,19 +750,29 @@ class Particles
         return reference;
     }
 
-    //! Reorders particles and sidecars. There is no state to return to then.
-    //! \param keep_spare the memory of the old order, which a step needs too
-    void permute( const ParticleBins& bins, const bool keep_spare )
+    //! Reorders particles and sidecars, through the memory of the old state
+    //! where steps keep one. There is no state to return to then.
+    void permute( const ParticleBins& bins )
     {
-        Impl::permute( bins, _aosoa, _other );
-        const Scratch scratch{ _other.data(),
-                               _other.numSoA() *
-                                   sizeof( typename aosoa_type::soa_type ) };
+        const auto bytes = []( const aosoa_type& aosoa )
+        { return aosoa.numSoA() * sizeof( typename aosoa_type::soa_type ); };
+        Kokkos::View<char*, MemorySpace> column;
+        Scratch scratch{};
+        if ( _other.capacity() > 0 )
+        {
+            Impl::permute( bins, _aosoa, _other );
+            scratch = { _other.data(), bytes( _other ) };
+        }
+        else
+        {
+            const std::size_t room = size() * Scratch::least_bytes;
+            Kokkos::realloc( Kokkos::WithoutInitializing, column, room );
+            scratch = { column.data(), room };
+            Impl::permute( bins, _aosoa, scratch );
+        }
         for ( auto& sidecar : _sidecars )
             sidecar->permute( bins, scratch );
         _returns = false;
-        if ( !keep_spare )
-            _other = aosoa_type( _other.label() );
     }
 
     //! Appends copies of particles, sidecars included. \param rows [n]

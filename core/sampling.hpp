@@ -82,36 +82,19 @@ Totals sumParticles( const State<Dim>& state )
 template <int Dim>
 ParticleData copyParticles( const State<Dim>& state )
 {
-    const auto host = state.particles.toHost();
-    const auto x = host.template slice<Position>();
-    const auto v = host.template slice<Velocity>();
-    const auto m = host.template slice<Mass>();
-    const auto V = host.template slice<Volume>();
-    const auto e = host.template slice<SpecificInternalEnergy>();
-    const auto pressure = host.template slice<Pressure>();
-    const auto id = host.template slice<Id>();
-    const std::size_t n = host.size();
+    const std::size_t n = state.particles.size();
     ParticleData data;
-    data.position.resize( n * Dim );
-    data.velocity.resize( n * Dim );
-    for ( auto* list : { &data.mass, &data.volume, &data.density,
-                         &data.pressure, &data.specific_internal_energy } )
-        list->resize( n );
-    data.id.resize( n );
+    data.position = state.particles.template copyMember<Position>();
+    data.velocity = state.particles.template copyMember<Velocity>();
+    data.mass = state.particles.template copyMember<Mass>();
+    data.volume = state.particles.template copyMember<Volume>();
+    data.pressure = state.particles.template copyMember<Pressure>();
+    data.specific_internal_energy =
+        state.particles.template copyMember<SpecificInternalEnergy>();
+    data.id = state.particles.template copyMember<Id>();
+    data.density.resize( n );
     for ( std::size_t p = 0; p < n; ++p )
-    {
-        for ( int d = 0; d < Dim; ++d )
-        {
-            data.position[p * Dim + d] = x( p, d );
-            data.velocity[p * Dim + d] = v( p, d );
-        }
-        data.mass[p] = m( p );
-        data.volume[p] = V( p );
-        data.density[p] = m( p ) / V( p );
-        data.pressure[p] = pressure( p );
-        data.specific_internal_energy[p] = e( p );
-        data.id[p] = id( p );
-    }
+        data.density[p] = data.mass[p] / data.volume[p];
     return data;
 }
 

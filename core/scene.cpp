@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace Machpoint
 {
 
@@ -220,29 +222,16 @@ std::vector<Parameters> declareInitialStates( const int dimension )
     return {};
 }
 
-//! Lays the particles into this rank's cells, on the host, cell by cell.
-template <int Dim>
-void placeParticles( const Json& input, Scene<Dim>& scene )
+//! Calls visit( id, x, gas, gradient of its velocity ) for each particle that
+//! is to be laid into this rank's cells, cell by cell.
+template <int Dim, class Visitor>
+void forEachNewParticle( const InitialGas<Dim>& initial,
+                         const Scene<Dim>& scene, const Visitor& visit )
 {
-    const InitialGas<Dim> initial( input );
-    auto& state = scene.state;
+    const auto& state = scene.state;
     const auto& grid = state.grid;
-    const int q = latticeSize( state.per_cell, Dim );
     const auto& box = state.layout.box;
-    const std::size_t places =
-        static_cast<std::size_t>( box.totalCells() ) * state.per_cell;
-    HostParticles<Dim> host;
-    host.resize( places );
-    auto x = host.template slice<Position>();
-    auto v = host.template slice<Velocity>();
-    auto L = host.template slice<VelocityGradient>();
-    auto m = host.template slice<Mass>();
-    auto V = host.template slice<Volume>();
-    auto e = host.template slice<SpecificInternalEnergy>();
-    auto pressure = host.template slice<Pressure>();
-    auto sound_speed = host.template slice<SoundSpeed>();
-    auto id = host.template slice<Id>();
-    std::size_t p = 0;
+    const int q = latticeSize( state.per_cell, Dim );
     for ( int own_cell = 0; own_cell < box.totalCells(); ++own_cell )
     {
         Indices<Dim> i{};
@@ -260,41 +249,79 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
         {
             const auto f =
                 placeInCell<Dim>( state.placement, q, state.seed, cell, k );
-            Vector<Dim> y{};
+            Vector<Dim> x{};
             for ( int d = 0; d < Dim; ++d )
-                y[d] = grid.lower[d] + ( i[d] + f[d] ) * grid.spacing[d];
+                x[d] = grid.lower[d] + ( i[d] + f[d] ) * grid.spacing[d];
             bool solid = false;
             for ( const auto& active : scene.modules )
-                solid = solid || active.module->isSolid( y );
+                solid = solid || active.module->isSolid( x );
             if ( solid )
                 continue;
             Gradient gradient;
-            const auto gas = initial.at( y, gradient );
-            if ( gas.density == 0 )
-                continue; // a place without gas
-            for ( int a = 0; a < Dim; ++a )
-            {
-                x( p, a ) = y[a];
-                v( p, a ) = gas.velocity[a];
-                for ( int b = 0; b < Dim; ++b )
-                    L( p, a, b ) = gradient[a][b];
-            }
-            V( p ) = grid.cellVolume() / state.per_cell;
-            m( p ) = gas.density * V( p );
-            e( p ) =
-                scene.gas->specificInternalEnergy( gas.density, gas.pressure );
-            pressure( p ) = 0;
-            sound_speed( p ) = 0;
-            id( p ) = cell * state.per_cell + k;
-            ++p;
+            const auto gas = initial.at( x, gradient );
+            if ( gas.density != 0 ) // else a place without gas
+                visit( cell * state.per_cell + k, x, gas, gradient );
         }
     }
-    if ( state.decomposition.comm().sum( static_cast<std::int64_t>( p ) ) == 0 )
+}
+
+//! Writes a row of host memory for a new particle.
+template <int Dim>
+void setParticle( const HostParticles<Dim>& host, const std::size_t p,
+                  const std::int64_t id, const Vector<Dim>& x,
+                  const GasState& gas, const Gradient& gradient,
+                  const Real volume, const Real specific_internal_energy )
+{
+    for ( int a = 0; a < Dim; ++a )
+    {
+        host.template slice<Position>()( p, a ) = x[a];
+        host.template slice<Velocity>()( p, a ) = gas.velocity[a];
+        for ( int b = 0; b < Dim; ++b )
+            host.template slice<VelocityGradient>()( p, a, b ) = gradient[a][b];
+    }
+    host.template slice<Volume>()( p ) = volume;
+    host.template slice<SpecificInternalEnergy>()( p ) =
+        specific_internal_energy;
+    host.template slice<Mass>()( p ) = gas.density * volume;
+    host.template slice<Pressure>()( p ) = 0;
+    host.template slice<SoundSpeed>()( p ) = 0;
+    host.template slice<Id>()( p ) = id;
+}
+
+//! Lays the particles into this rank's cells: counted first, then in blocks by
+//! way of the host, so that memory holds them once.
+template <int Dim>
+void placeParticles( const Json& input, Scene<Dim>& scene )
+{
+    const InitialGas<Dim> initial( input );
+    auto& state = scene.state;
+    std::size_t count = 0;
+    forEachNewParticle( initial, scene, [&]( const auto&... ) { ++count; } );
+    if ( state.decomposition.comm().sum( static_cast<std::int64_t>( count ) ) ==
+         0 )
         throw InputError(
             { "/initial: no particle finds room: obstacles and regions leave "
               "no gas in the domain; shrink the obstacle or widen a region" } );
-    host.resize( p );
-    state.particles.fromHost( host );
+    state.particles.resize( count );
+    HostParticles<Dim> block;
+    block.resize( std::min<std::size_t>( count, 1 << 14 ) );
+    const Real volume = state.grid.cellVolume() / state.per_cell;
+    std::size_t first = 0, p = 0;
+    forEachNewParticle(
+        initial, scene,
+        [&]( const std::int64_t id, const Vector<Dim>& x, const GasState& gas,
+             const Gradient& gradient )
+        {
+            setParticle<Dim>( block, p, id, x, gas, gradient, volume,
+                              scene.gas->specificInternalEnergy(
+                                  gas.density, gas.pressure ) );
+            if ( ++p < block.size() )
+                return;
+            state.particles.put( first, block );
+            first += p;
+            p = 0;
+            block.resize( std::min( count - first, block.size() ) );
+        } );
 }
 
 //! This rank's nodes; images of particles may lie in other ranks' boxes.

@@ -534,15 +534,13 @@ class Stepper : public Simulation
     {
         Profile::Phase phase( "sort" );
         auto& state = _scene.state;
-        const auto x = state.particles.template slice<Position>();
-        const int n = state.particles.size();
-        if ( static_cast<int>( _keys.extent( 0 ) ) < n )
-            Kokkos::realloc( Kokkos::WithoutInitializing, _keys, n + n / 4 );
-        const auto keys = Kokkos::subview( _keys, Kokkos::make_pair( 0, n ) );
         const auto& box = state.layout.box;
-        computeKeys( x, state.grid, box, keys );
-        const auto bins = Cabana::binByKey( keys, box.totalCells() );
-        state.particles.permute( bins, _most_retries > 0 );
+        // Handed over, as the order needs the memory of the cells.
+        const auto bins = Cabana::binByKey(
+            cellsOf( state.particles.template slice<Position>(), state.grid,
+                     box ),
+            box.totalCells(), 0, state.particles.size() );
+        state.particles.permute( bins );
         if ( state.reproducible )
             checkCrowding( mostInCell( bins ) );
     }
@@ -593,19 +591,24 @@ class Stepper : public Simulation
 
     //! Cell of every particle, within the rank's box. Public because nvcc wants
     //! the parent function of a device lambda to be accessible.
-    template <class PositionSlice, class KeyView>
-    static void computeKeys( const PositionSlice& x, const Grid<Dim>& grid,
-                             const CellBox<Dim>& box, const KeyView& keys )
+    template <class PositionSlice>
+    static IndexList cellsOf( const PositionSlice& x, const Grid<Dim>& grid,
+                              const CellBox<Dim>& box )
     {
-        const int n = static_cast<int>( keys.extent( 0 ) );
+        const int n = static_cast<int>( x.size() );
+        const IndexList cells(
+            Kokkos::view_alloc( "Machpoint::cells",
+                                Kokkos::WithoutInitializing ),
+            n );
         Kokkos::parallel_for(
             "Machpoint::cellOfParticle", packs( n ),
             KOKKOS_LAMBDA( const int k ) {
                 const Pack p = Pack::of( k, n );
                 const auto cell = box.flatCell( grid, loadVector<Dim>( x, p ) );
                 for ( int l = 0; l < p.count; ++l )
-                    keys( p.first + l ) = static_cast<int>( lane( cell, l ) );
+                    cells( p.first + l ) = static_cast<int>( lane( cell, l ) );
             } );
+        return cells;
     }
 
     //! Most particles of a cell.
@@ -638,7 +641,6 @@ class Stepper : public Simulation
     Ledger _saved_ledger;
     Real _saved_time = 0;
     std::int64_t _saved_step = 0;
-    IndexList _keys;
     std::string _limiter;
     Extrema _extrema;
 };

@@ -20,16 +20,20 @@ void number( Particles<2>& particles, Sidecar<Label>& sidecar, const int n )
     particles.resize( n );
     const auto id = particles.slice<Id>();
     const auto mass = particles.slice<Mass>();
+    const auto L = particles.slice<VelocityGradient>();
     const auto label = Cabana::slice<0>( sidecar.data() );
     Kokkos::parallel_for(
         "number", Range( 0, n ), KOKKOS_LAMBDA( const int p ) {
             id( p ) = p;
             mass( p ) = 0.5 * p;
+            for ( int c = 0; c < 4; ++c )
+                L( p, c / 2, c % 2 ) = 4 * p + c;
             label( p ) = p;
         } );
 }
 
-//! The ids in order, having checked that mass and sidecar belong to them.
+//! The ids in order, having checked that masses, velocity gradients and sidecar
+//! belong to them.
 std::vector<std::int64_t> ids( const Particles<2>& particles,
                                Sidecar<Label>& sidecar )
 {
@@ -38,12 +42,16 @@ std::vector<std::int64_t> ids( const Particles<2>& particles,
         Kokkos::HostSpace(), sidecar.data() );
     const auto id = host.slice<Id>();
     const auto mass = host.slice<Mass>();
+    const auto L = host.slice<VelocityGradient>();
     const auto label = Cabana::slice<0>( labels );
     std::vector<std::int64_t> list;
     for ( std::size_t p = 0; p < host.size(); ++p )
     {
         list.push_back( id( p ) );
         EXPECT_EQ( mass( p ), 0.5 * static_cast<Real>( id( p ) ) );
+        for ( int c = 0; c < 4; ++c )
+            EXPECT_EQ( L( p, c / 2, c % 2 ),
+                       4 * static_cast<Real>( id( p ) ) + c );
         EXPECT_EQ( label( p ), id( p ) );
     }
     return list;
@@ -208,22 +216,24 @@ TEST( Particles, sortingCarriesSidecarsAlong )
     Particles<2> particles;
     auto& sidecar =
         particles.addSidecar<Label>( "labels", DuringStep::changes );
-    // Fits into the memory of the other state; does not; need not come along.
+    // Fits into the memory of an old state; does not; need not come along.
     auto& small = particles.addSidecar<Label>( "small", DuringStep::stays );
     auto& large =
         particles.addSidecar<Cabana::MemberTypes<Real[20], std::int64_t>>(
             "large", DuringStep::stays );
     auto& rates = particles.addSidecar<Label>( "rates", DuringStep::renews );
     const int n = 500;
-    for ( const bool keep_spare : { true, false } )
+    for ( const bool has_old : { false, true } )
     {
+        number( particles, sidecar, n );
+        particles.beginStep( has_old );
+        particles.endStep();
         number( particles, sidecar, n );
         numberSidecar<0>( small, n );
         numberSidecar<1>( large, n );
         numberSidecar<0>( rates, n );
         particles.permute(
-            Cabana::binByKey( fallingKeys( n ), ( n - 1 ) / 7 + 1 ),
-            keep_spare );
+            Cabana::binByKey( fallingKeys( n ), ( n - 1 ) / 7 + 1 ) );
         const auto order = ids( particles, sidecar );
         for ( int p = 1; p < n; ++p )
             EXPECT_LE( ( n - 1 - order[p - 1] ) / 7, ( n - 1 - order[p] ) / 7 );

@@ -116,6 +116,9 @@ def make_jobs(arguments, directory):
         found.append(Job(("memory", method),
                          partial(jobs.peak_bytes, machpoint, method, cells,
                                  directory), 1))
+        found.append(Job(("memory, no retries", method),
+                         partial(jobs.peak_bytes, machpoint, method, cells,
+                                 directory, retries=0), 1))
         found.append(Job(("held", method),
                          partial(jobs.held_bytes, machpoint, method, cells,
                                  directory), 1))

@@ -91,17 +91,18 @@ def scene(machpoint, name, sets, threads, directory, steps=None):
     return summary
 
 
-def vortices(machpoint, method, cells, directory):
+def vortices(machpoint, method, cells, directory, retries=10):
     """summary.json of a short run, 4 particles a cell."""
     return scene(machpoint, "taylor_green",
-                 {"grid.cells": [cells, cells],
+                 {"grid.cells": [cells, cells], "time.retries": retries,
                   "method": {"name": method, "basis": "quadratic"}},
                  1, directory, 3)
 
 
-def peak_bytes(machpoint, method, cells, directory):
+def peak_bytes(machpoint, method, cells, directory, retries=10):
     """Bytes per particle that a run takes beyond what a tiny one takes."""
-    runs = [vortices(machpoint, method, n, directory) for n in (8, cells)]
+    runs = [vortices(machpoint, method, n, directory, retries)
+            for n in (8, cells)]
     return (runs[1]["peak_memory_bytes"] - runs[0]["peak_memory_bytes"]) / \
         runs[1]["particles_initial"]
 

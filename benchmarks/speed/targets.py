@@ -112,13 +112,16 @@ def rows(of, sod_note=""):
                      of.get(("cylinder", "cfl 1.2")), "s"))
     found.append(Row("Sod at L1(rho) <= 1.5e-3, 1 thread", of.get(("sod",)),
                      "s", most=0.1, note=sod_note))
+    bare = of.get(("bytes",))
     for method in ("apic", "conservative"):
-        held = of.get(("memory", method))
-        bare = of.get(("bytes",))
-        note = f"{held:.0f} of {bare:.0f} bytes" if held and bare else ""
-        found.append(Row(
-            f"2D `{method}`, memory of a particle over one AoSoA's bytes",
-            ratio(held, bare), most=1.4, note=note))
+        for job, words in (
+                ("memory", ""),
+                ("memory, no retries", ", with `time.retries` 0")):
+            held = of.get((job, method))
+            note = f"{held:.0f} of {bare:.0f} bytes" if held and bare else ""
+            found.append(Row(
+                f"2D `{method}`{words}, memory of a particle over one AoSoA's "
+                "bytes", ratio(held, bare), most=1.4, note=note))
         found.append(Row(
             f"2D `{method}`, the same over all that its AoSoAs hold (the old "
             "state to return to, sidecars)",

@@ -241,6 +241,18 @@ auto keyMinMax( const KeyView& keys, const std::size_t begin,
     return result;
 }
 
+//! Entries of particles [begin, end) in the order of their bins.
+template <class ExecutionSpace, class KeyView>
+auto sortByBin( const KeyView& keys, const int nbin, const std::size_t begin,
+                const std::size_t end )
+{
+    const auto bounds = keyMinMax<ExecutionSpace>( keys, begin, end );
+    const KeyToBin<KeyView> bin_of( keys, begin, bounds.min_val, bounds.max_val,
+                                    nbin );
+    return stableSort<ExecutionSpace, typename KeyView::memory_space>(
+        bin_of, end - begin, std::bit_width( static_cast<unsigned>( nbin ) ) );
+}
+
 /*!
   \brief Turn sorted entries into binning data.
   \param entries In the order of their bins. \param begin First particle.
@@ -411,13 +423,9 @@ template <Impl::AnyView KeyViewType,
 auto binByKey( KeyViewType keys, const int nbin, const std::size_t begin,
                const std::size_t end )
 {
-    const auto bounds = Impl::keyMinMax<ExecutionSpace>( keys, begin, end );
-    const Impl::KeyToBin<KeyViewType> bin_of( keys, begin, bounds.min_val,
-                                              bounds.max_val, nbin );
     const auto entries =
-        Impl::stableSort<ExecutionSpace, typename KeyViewType::memory_space>(
-            bin_of, end - begin,
-            std::bit_width( static_cast<unsigned>( nbin ) ) );
+        Impl::sortByBin<ExecutionSpace>( keys, nbin, begin, end );
+    keys = {}; // Memory for the permutation, if nobody else has them.
     return Impl::makeBinningData<ExecutionSpace>( entries, begin, nbin + 1,
                                                   Impl::ImageIsBin{} );
 }
