@@ -342,9 +342,9 @@ KOKKOS_FORCEINLINE_FUNCTION Number
 fitWeight( const Stencil<Basis, Dim, Number>& s, const int d, const int k )
 {
     if constexpr ( Basis::constant_moment )
-        return s.w[d][k] * s.dx[d][k];
+        return pick( s.w[d], k ) * pick( s.dx[d], k );
     else
-        return s.dw[d][k];
+        return pick( s.dw[d], k );
 }
 
 //! Calls visit(StencilLine) for every line of a stencil.
@@ -354,7 +354,10 @@ forEachLine( const Stencil<Basis, Dim, Number>& s,
              const NodeLayout<Dim>& layout, const Visitor& visit )
 {
     constexpr int n = Basis::nodes;
+    MACHPOINT_KEEP_LOOP
     for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
+    {
+        MACHPOINT_UNROLL
         for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
         {
             StencilLine<Dim, Number> line{ 0, Number( 1.0 ), {}, {}, {} };
@@ -368,19 +371,21 @@ forEachLine( const Stencil<Basis, Dim, Number>& s,
             }
             if constexpr ( Dim == 3 )
             {
+                const Number wz = pick( s.w[2], k );
                 line.shift = j * layout.stride[1] + k * layout.stride[2];
-                line.weight = s.w[1][j] * s.w[2][k];
-                line.gradient[1] = s.dw[1][j] * s.w[2][k];
-                line.gradient[2] = s.w[1][j] * s.dw[2][k];
-                line.fit[1] = fitWeight( s, 1, j ) * s.w[2][k];
+                line.weight = s.w[1][j] * wz;
+                line.gradient[1] = s.dw[1][j] * wz;
+                line.gradient[2] = s.w[1][j] * pick( s.dw[2], k );
+                line.fit[1] = fitWeight( s, 1, j ) * wz;
                 line.fit[2] = s.w[1][j] * fitWeight( s, 2, k );
                 line.dx[1] = s.dx[1][j];
-                line.dx[2] = s.dx[2][k];
+                line.dx[2] = pick( s.dx[2], k );
             }
             line.gradient[0] = line.weight;
             line.fit[0] = line.weight;
             visit( line );
         }
+    }
 }
 
 /*!

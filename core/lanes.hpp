@@ -13,8 +13,12 @@
 
 #include <core/types.hpp>
 
+#include <cassert>
+#include <cstdint>
+
+// MACHPOINT_ONE_LANE lets a CPU run what a GPU does, to test it.
 #if !defined( KOKKOS_ENABLE_CUDA ) && !defined( KOKKOS_ENABLE_HIP ) &&         \
-    !defined( KOKKOS_ENABLE_SYCL )
+    !defined( KOKKOS_ENABLE_SYCL ) && !defined( MACHPOINT_ONE_LANE )
 #define MACHPOINT_HAS_LANES
 #include <Kokkos_SIMD.hpp>
 #include <cstring>
@@ -86,6 +90,23 @@ inline Range packs( const int n )
     return Range( 0, ( n + lane_count - 1 ) / lane_count );
 }
 
+//! values[k] in a loop behind MACHPOINT_KEEP_LOOP; on a GPU chosen, not
+//! indexed.
+template <class Number, std::size_t N>
+KOKKOS_FORCEINLINE_FUNCTION Number pick( const Number ( &values )[N],
+                                         const int k )
+{
+#ifndef MACHPOINT_HAS_LANES
+    Number value = values[0];
+    MACHPOINT_UNROLL
+    for ( std::size_t q = 1; q < N; ++q )
+        value = k == static_cast<int>( q ) ? values[q] : value;
+    return value;
+#else
+    return values[k];
+#endif
+}
+
 //! \name One particle
 //! @{
 KOKKOS_FORCEINLINE_FUNCTION Real choose( const bool first, const Real a,
@@ -117,14 +138,40 @@ KOKKOS_FORCEINLINE_FUNCTION Real at( const NodeView& nodes, const int row,
 {
     return nodes( row, c );
 }
-//! K columns of a node from the first on.
+/*!
+  \brief K columns of a node from the first on.
+
+  A GPU reads two at once where K is even; then the field has to have an even
+  number of columns, and `first` to be even.
+*/
 template <std::size_t K>
 KOKKOS_FORCEINLINE_FUNCTION void loadRow( const NodeView& nodes, const int row,
                                           Real ( &values )[K],
                                           const int first = 0 )
 {
+    const Real* const start = &nodes( row, first );
+#ifndef MACHPOINT_HAS_LANES
+    if constexpr ( K % 2 == 0 )
+    {
+        struct alignas( 2 * sizeof( Real ) ) Two
+        {
+            Real number[2];
+        };
+        assert( reinterpret_cast<std::uintptr_t>( start ) % sizeof( Two ) ==
+                0 );
+        const auto* const twos = reinterpret_cast<const Two*>( start );
+        MACHPOINT_UNROLL
+        for ( std::size_t c = 0; c < K; c += 2 )
+        {
+            const Two two = twos[c / 2];
+            values[c] = two.number[0];
+            values[c + 1] = two.number[1];
+        }
+        return;
+    }
+#endif
     for ( std::size_t c = 0; c < K; ++c )
-        values[c] = nodes( row, first + c );
+        values[c] = start[c];
 }
 //! Node row: the stencil's first, and how far from it.
 KOKKOS_FORCEINLINE_FUNCTION int rowAt( const int base, const int shift )

@@ -298,28 +298,37 @@ addProducts( const Access& nodes, const Particle p,
         }
 #endif
     constexpr int n = Basis::nodes;
-    int at[3];
-    for ( at[2] = 0; at[2] < ( Dim > 2 ? n : 1 ); ++at[2] )
-        for ( at[1] = 0; at[1] < ( Dim > 1 ? n : 1 ); ++at[1] )
-            for ( at[0] = 0; at[0] < n; ++at[0] )
+    MACHPOINT_KEEP_LOOP
+    for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
+    {
+        MACHPOINT_UNROLL
+        for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
+        {
+            MACHPOINT_UNROLL
+            for ( int i = 0; i < n; ++i )
             {
+                const int at[3] = { i, j, k };
                 Number sums[width]{};
                 int row = 0;
                 for ( int d = 0; d < Dim; ++d )
                     row += at[d] * layout.stride[d];
+                MACHPOINT_UNROLL
                 for ( int t = 0; t < Terms::count; ++t )
                 {
                     Number term = terms.value[t];
                     if ( Terms::isAffine( t ) )
                         for ( int d = 0; d < Dim; ++d )
-                            term += terms.slope[t][d] * s.dx[d][at[d]];
+                            term += terms.slope[t][d] * pick( s.dx[d], at[d] );
                     for ( int d = 0; d < Dim; ++d )
-                        term *= Terms::axis( t ) == d ? other.w[d][at[d]]
-                                                      : s.w[d][at[d]];
+                        term *=
+                            pick( Terms::axis( t ) == d ? other.w[d] : s.w[d],
+                                  at[d] );
                     sums[Terms::column( t ) - first] = term;
                 }
                 addColumns( nodes, p, rowAt( s.base, row ), first, sums );
             }
+        }
+    }
 }
 
 } // namespace Machpoint

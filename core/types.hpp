@@ -28,8 +28,12 @@ using ExecutionSpace = Kokkos::DefaultExecutionSpace;
 #endif
 using MemorySpace = typename ExecutionSpace::memory_space;
 
-//! Range of particles or nodes on the build's backend.
-using Range = Kokkos::RangePolicy<ExecutionSpace>;
+//! Range of particles or nodes on the build's backend. On CUDA a kernel gets
+//! what it captures as its parameters: Kokkos puts more than 512 bytes of them
+//! into constant memory otherwise, and before that waits for the last kernel
+//! that it did so for to end.
+using Range = Kokkos::RangePolicy<
+    ExecutionSpace, Kokkos::Experimental::WorkItemProperty::HintLightWeight_t>;
 
 //! Position, velocity or other vector. Shape [Dim].
 template <int Dim>
@@ -54,6 +58,18 @@ using IndexList = Kokkos::View<int*, MemorySpace>;
 #define MACHPOINT_INLINE
 #else
 #define MACHPOINT_INLINE __attribute__( ( always_inline ) )
+#endif
+
+//! Ahead of loops with few, constant turns. On a GPU arrays that a loop indexes
+//! stay in registers only where it is written out, and what is written out
+//! three times over (the nodes of a 3D stencil) takes more registers than there
+//! are.
+#if defined( KOKKOS_ENABLE_CUDA ) || defined( KOKKOS_ENABLE_HIP )
+#define MACHPOINT_UNROLL _Pragma( "unroll" )
+#define MACHPOINT_KEEP_LOOP _Pragma( "unroll 1" )
+#else
+#define MACHPOINT_UNROLL
+#define MACHPOINT_KEEP_LOOP
 #endif
 
 //! Scalar product. \param a, b [Dim].

@@ -58,9 +58,12 @@ NodeComponents<face_columns * Dim> allFaceComponents()
     return list;
 }
 
-//! Columns of velocities; in 3D padded, as particles read columns by fours.
+//! Columns of velocities; padded in 3D, as particles read columns by fours, and
+//! on a GPU, where they read them by twos.
 template <int Dim>
-inline constexpr int velocity_columns = Dim == 3 ? 8 : 2 * Dim + 1;
+inline constexpr int velocity_columns = Dim == 3          ? 8
+                                        : lane_count == 1 ? 2 * Dim + 2
+                                                          : 2 * Dim + 1;
 
 //! First columns of moments' theta and force.
 template <int Dim>

@@ -1,0 +1,191 @@
+"""What nvcc makes of a time step: registers, local memory, loads and atomics.
+
+Usage: python3 benchmarks/gpu_code [--build DIR] [--cuobjdump PATH] [--docs]
+
+Reads the executable of a build for CUDA (build/cuda) with NVIDIA's cuobjdump, which
+needs no GPU: it comes with the CUDA toolkit, or from PyPI as nvidia-cuda-cuobjdump
+and nvidia-cuda-nvdisasm. A build of some dimensions and bases will do, and takes
+minutes:
+
+    tools/setup --preset cuda
+    cmake --preset cuda -B build/cuda -D Machpoint_DIMENSIONS="2;3" \\
+        -D Machpoint_BASES=quadratic -D Machpoint_ENABLE_MPI=OFF \\
+        -D Machpoint_ENABLE_HDF5=OFF -D Machpoint_ENABLE_TESTS=OFF
+    cmake --build build/cuda --target machpoint
+
+Prints the kernels of a step; --docs also writes docs/performance.md. Exit code: 1
+if one of these keeps data in local memory, which is memory and not a register.
+"""
+import argparse
+import collections
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] /
+                       "performance"))
+
+import page
+
+# Functions whose kernels make up a step, over particles and then over nodes.
+STEP = {
+    "particlesToGrid": "P2G of `paper` and `apic`",
+    "gridToParticlesApic": "G2P of `apic`",
+    "depositParticles": "P2G of `conservative`",
+    "gatherRates": "rates of the gas at particles",
+    "depositStress": "stress",
+    "gatherParticles": "G2P of `conservative`",
+    "driftParticles": "drift",
+    "evaluateGas": "equation of state, survey",
+    "gridVelocity": "velocities of nodes",
+    "measureFaces": "faces, limiter",
+    "applyPressure": "pressure on nodes",
+}
+# Of a Hopper's multiprocessor (CUDA C++ Programming Guide, compute capability
+# 9.0): warps, its four parts, registers of a part, and how many a warp takes.
+WARPS, PARTS, REGISTERS, UNIT = 64, 4, 16384, 256
+
+Code = collections.namedtuple("Code", "registers local instructions")
+
+
+def warps(registers):
+    """That a multiprocessor holds of threads with so many registers."""
+    taken = -(-registers * 32 // UNIT) * UNIT
+    return min(WARPS, PARTS * (REGISTERS // taken))
+
+
+def resources(text):
+    """{mangled name: (registers, bytes of local memory)} of
+    cuobjdump --dump-resource-usage."""
+    found = re.findall(r"Function (\S+):\s+REG:(\d+) STACK:(\d+)", text)
+    return {name: (int(reg), int(stack)) for name, reg, stack in found}
+
+
+def instructions(lines):
+    """{mangled name: Counter of opcodes} of cuobjdump -sass."""
+    counts, own = {}, None
+    for line in lines:
+        if name := re.match(r"\s*Function : (\S+)", line):
+            own = counts.setdefault(name[1], collections.Counter())
+        elif own is not None:
+            code = re.match(r"\s*/\*[0-9a-f]{4,}\*/\s+(?:@!?U?P\w+\s+)?([A-Z][\w.]*)",
+                            line)
+            if code:
+                own[code[1]] += 1
+    return counts
+
+
+def function_of(demangled):
+    """What a kernel is of: (function, template arguments, number of the kernel in
+    it), or None if it is none of Machpoint's."""
+    start = re.search(r"(?:ParallelFor|ParallelScan\w*|CombinedFunctorReducer|"
+                      r"CombinedReductionFunctorWrapper)<Machpoint::", demangled)
+    if not start:
+        return None
+    # Up to the function's parameters, cut at each :: that is no argument's.
+    parts, depth = [""], 0
+    for letter in demangled[start.end():].replace("::", ":"):
+        depth += (letter == "<") - (letter == ">")
+        if depth == 0 and letter == "(":
+            break
+        if depth == 0 and letter == ":":
+            parts.append("")
+        else:
+            parts[-1] += letter
+    name, _, arguments = parts[-1].partition("<")
+    number = re.search(r"\{lambda\(int[^)]*\)#(\d+)\}", demangled)
+    return (name, re.sub(r"\w+:", "", arguments).removesuffix(">"),
+            int(number[1]) if number else 1)
+
+
+def total(counts, pattern):
+    return sum(n for code, n in counts.items() if re.match(pattern, code))
+
+
+def read(executable, cuobjdump):
+    """[(function, arguments, number, Code)] of the kernels of an executable."""
+    used = resources(subprocess.run(
+        [cuobjdump, "--dump-resource-usage", executable], check=True,
+        capture_output=True, text=True).stdout)
+    with subprocess.Popen([cuobjdump, "-sass", executable], text=True,
+                          stdout=subprocess.PIPE) as process:
+        counts = instructions(process.stdout)
+    readable = subprocess.run(["c++filt"], input="\n".join(used), check=True,
+                              capture_output=True, text=True).stdout
+    kernels = []
+    for name, demangled in zip(used, readable.splitlines()):
+        if function := function_of(demangled):
+            kernels.append((*function, Code(*used[name],
+                                            counts.get(name, {}))))
+    return kernels
+
+
+def row(function, arguments, number, code):
+    """Of the table."""
+    count = code.instructions
+    return [STEP[function], f"`{arguments}`, {number}", code.registers,
+            warps(code.registers), code.local, sum(count.values()),
+            total(count, "LDG"), total(count, r"LDG\.E\.128"),
+            total(count, "RED|ATOM")]
+
+
+def section(kernels):
+    """Table of the kernels of a step, and a sentence on the others."""
+    # Modules are built for all dimensions.
+    built = {arguments for name, arguments, *_ in kernels
+             if name == "gridVelocity"}
+    step = [kernel for kernel in kernels if kernel[0] in STEP and
+            "RoundedTerms" not in kernel[1] and
+            built & set(kernel[1].split(", "))]
+    order = list(STEP)
+    step.sort(key=lambda kernel: (order.index(kernel[0]), *kernel[1:3]))
+    text = page.table(["", "template arguments, kernel", "registers",
+                       f"warps of {WARPS}", "local memory, B", "instructions",
+                       "loads", "of these 16 B", "atomics"],
+                      [row(*kernel) for kernel in step])
+    others = sorted({f"`{name}`" for name, arguments, _, code in kernels
+                     if code.local > 0 and name not in STEP})
+    text += ("\nOther kernels that keep data in local memory: " +
+             (", ".join(others) if others else "none") + ".\n")
+    return text, [kernel for kernel in step if kernel[3].local > 0]
+
+
+def made_of(build):
+    """Revision, compiler and flags of a build."""
+    header = (build / "include" / "core" / "revision.hpp").read_text()
+    cache = (build / "CMakeCache.txt").read_text()
+    revision = re.search(r'"([0-9a-f]{7,})', header)
+    flags = re.search(r"^CMAKE_CXX_FLAGS_RELEASE:\w+=(.*)$", cache, re.M)
+    return (f"Machpoint `{revision[1] if revision else 'unknown'}`, "
+            f"nvcc with `{flags[1]}`")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--build", type=pathlib.Path,
+                        default=page.ROOT / "build" / "cuda")
+    parser.add_argument("--cuobjdump", default="cuobjdump")
+    parser.add_argument("--docs", action="store_true")
+    arguments = parser.parse_args()
+    executable = arguments.build / "machpoint"
+    if not executable.exists():
+        parser.error(f"{executable} is not built; see --build and the top of "
+                     f"{os.path.relpath(__file__)}")
+    if not shutil.which(arguments.cuobjdump):
+        parser.error("no cuobjdump: put the CUDA toolkit's on the PATH, or pip "
+                     "install nvidia-cuda-cuobjdump nvidia-cuda-nvdisasm and "
+                     "name it with --cuobjdump")
+    text, spilling = section(read(executable, arguments.cuobjdump))
+    text = (f"Written by `python3 benchmarks/gpu_code --docs`; "
+            f"{made_of(arguments.build)}.\n\n{text}")
+    print(text)
+    if arguments.docs:
+        page.write("gpu code", text)
+    return 1 if spilling else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
