@@ -279,10 +279,13 @@ forEachNode( const Stencil<Basis, Dim, Number>& s,
     constexpr int n = Basis::nodes;
     constexpr int ny = Dim > 1 ? n : 1;
     constexpr int nz = Dim > 2 ? n : 1;
-    StencilNode<Dim, Number> node;
+    MACHPOINT_KEEP_LOOP
     for ( int k = 0; k < nz; ++k )
+    {
+        MACHPOINT_UNROLL
         for ( int j = 0; j < ny; ++j )
         {
+            StencilNode<Dim, Number> node;
             Number wyz( 1.0 );
             int row = 0;
             if constexpr ( Dim > 1 )
@@ -293,10 +296,11 @@ forEachNode( const Stencil<Basis, Dim, Number>& s,
             }
             if constexpr ( Dim > 2 )
             {
-                wyz *= s.w[2][k];
+                wyz *= pick( s.w[2], k );
                 row += k * layout.stride[2];
-                node.dx[2] = s.dx[2][k];
+                node.dx[2] = pick( s.dx[2], k );
             }
+            MACHPOINT_UNROLL
             for ( int i = 0; i < n; ++i )
             {
                 node.row = rowAt( s.base, row + i );
@@ -307,12 +311,15 @@ forEachNode( const Stencil<Basis, Dim, Number>& s,
                     node.gradient[1] = s.w[0][i] * s.dw[1][j];
                 if constexpr ( Dim == 3 )
                 {
-                    node.gradient[1] = s.w[0][i] * s.dw[1][j] * s.w[2][k];
-                    node.gradient[2] = s.w[0][i] * s.w[1][j] * s.dw[2][k];
+                    node.gradient[1] =
+                        s.w[0][i] * s.dw[1][j] * pick( s.w[2], k );
+                    node.gradient[2] =
+                        s.w[0][i] * s.w[1][j] * pick( s.dw[2], k );
                 }
                 visit( node );
             }
         }
+    }
 }
 
 /*!

@@ -33,6 +33,9 @@ import page
 # Functions whose kernels make up a step, over particles and then over nodes.
 STEP = {
     "particlesToGrid": "P2G of `paper` and `apic`",
+    "momentumToGrid": "second P2G of `paper`",
+    "updateParticleVelocity": "FLIP of `paper`",
+    "updateParticles": "G2P of `paper`",
     "gridToParticlesApic": "G2P of `apic`",
     "depositParticles": "P2G of `conservative`",
     "gatherRates": "rates of the gas at particles",
