@@ -166,7 +166,8 @@ class SpeedTest(unittest.TestCase):
               ("plain", "ordered", 1): 20e6, ("plain", "ordered", 2): 30.5e6,
               ("cylinder",): 34.0,
               ("bytes",): 112, ("memory", "apic"): 224.0,
-              ("memory, no retries", "apic"): 155.0}
+              ("memory, no retries", "apic"): 155.0,
+              ("held", "apic"): 192.0}
         rows = {row.text: row for row in targets.rows(of)}
         verdicts = {text: row.met for text, row in rows.items()
                     if row.met is not None}
@@ -180,6 +181,9 @@ class SpeedTest(unittest.TestCase):
             "2D `apic`, memory of a particle over one AoSoA's bytes": False,
             "2D `apic`, with `time.retries` 0, memory of a particle over one "
             "AoSoA's bytes": True})
+        self.assertAlmostEqual(
+            rows["2D `apic`, memory over all that its AoSoAs hold (the old "
+                 "state to return to, sidecars)"].value, 224 / 192)
         # Half as fast a host on two threads, two thirds on one.
         scaled = [row.value for row in targets.rows(of)
                   if "scaled" in row.text]

@@ -117,15 +117,16 @@ def rows(of, sod_note=""):
         for job, words in (
                 ("memory", ""),
                 ("memory, no retries", ", with `time.retries` 0")):
-            held = of.get((job, method))
-            note = f"{held:.0f} of {bare:.0f} bytes" if held and bare else ""
+            taken = of.get((job, method))
+            note = (f"{taken:.0f} of {bare:.0f} bytes" if taken and bare
+                    else "")
             found.append(Row(
                 f"2D `{method}`{words}, memory of a particle over one AoSoA's "
-                "bytes", ratio(held, bare), most=1.4, note=note))
+                "bytes", ratio(taken, bare), most=1.4, note=note))
         found.append(Row(
-            f"2D `{method}`, the same over all that its AoSoAs hold (the old "
+            f"2D `{method}`, memory over all that its AoSoAs hold (the old "
             "state to return to, sidecars)",
-            ratio(held, of.get(("held", method)))))
+            ratio(of.get(("memory", method)), of.get(("held", method)))))
     return found
 
 
