@@ -224,7 +224,7 @@ class Obstacle : public Module<Dim>
                 {
                     const auto normal = shape.normal( y );
                     for ( int d = 0; d < Dim; ++d )
-                        y[d] += ( 1e-6 * h - distance ) * normal[d];
+                        y[d] += ( nudge * h - distance ) * normal[d];
                     distance = shape.distance( y );
                     for ( int d = 0; d < Dim; ++d )
                         x( p, d ) = y[d];
@@ -237,7 +237,7 @@ class Obstacle : public Module<Dim>
         for ( int d = 0; d < Dim; ++d )
             sums.push_back( _impulse.value[d] );
         sums = sumOfRanks( state.decomposition.comm(), sums );
-        std::vector<Real> row = { state.time + state.dt };
+        std::vector<double> row = { state.time + state.dt };
         for ( int d = 0; d < Dim; ++d )
             row.push_back( sums[2 + d].value() / state.dt );
         const Real around = sums[1].value();

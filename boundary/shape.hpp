@@ -337,7 +337,7 @@ class Shape
                 closest = ( _arcs( a ).first + _arcs( a ).last ) / 2;
             }
         }
-        least = squaredDistance( x, _vertices( closest ) ) * ( 1 + 1e-10 );
+        least = squaredDistance( x, _vertices( closest ) ) * ( 1 + round_off );
 
         bool at_vertex = true;
         for ( int a = solid.begin; a < solid.end; ++a )
@@ -480,7 +480,7 @@ makeArc( const std::vector<Vector<Dim>>& vertices, int first, int last )
         }
     typename Shape<Dim, Memory>::Arc arc = { {}, 0, first, last - 1 };
     for ( int d = 0; d < Dim; ++d )
-        arc.center[d] = 0.5 * ( lower[d] + upper[d] );
+        arc.center[d] = 0.5_rt * ( lower[d] + upper[d] );
     for ( int v = first; v < last; ++v )
     {
         Real square = 0;
@@ -633,8 +633,8 @@ inline std::string outlineError( const std::vector<Vector<2>>& outline )
         const Real size = distance( a, b ) * distance( b, c );
         const Real along = ( b[0] - a[0] ) * ( c[0] - b[0] ) +
                            ( b[1] - a[1] ) * ( c[1] - b[1] );
-        // 1e-12: a spike this thin is round-off, and has no inside.
-        if ( along < 0 && std::abs( turn( a, b, c ) ) <= 1e-12 * size )
+        // A spike this thin has no inside.
+        if ( along < 0 && std::abs( turn( a, b, c ) ) <= round_off * size )
             return "the outline turns back on itself at vertex " +
                    to_string( ( v + 1 ) % n );
     }

@@ -18,6 +18,14 @@ if(Kokkos_VERSION VERSION_LESS 4.6 OR Kokkos_VERSION VERSION_GREATER_EQUAL 6)
       "the prefix of another.")
 endif()
 
+if(Machpoint_PRECISION STREQUAL "single" AND Kokkos_VERSION VERSION_LESS 4.7)
+  message(
+    FATAL_ERROR
+      "Machpoint_PRECISION is single, which takes Kokkos 4.7 or later; the one "
+      "in ${Kokkos_DIR} is ${Kokkos_VERSION}. Run tools/setup, or set "
+      "Kokkos_ROOT to the prefix of another.")
+endif()
+
 if(Machpoint_BACKEND AND NOT Machpoint_BACKEND MATCHES "^(CUDA|OPENMP|SERIAL)$")
   message(
     FATAL_ERROR "Machpoint_BACKEND is '${Machpoint_BACKEND}'; it is CUDA, "

@@ -80,8 +80,9 @@ class Archive
     struct Entry
     {
         std::vector<std::size_t> shape; //!< of a list or a table, else {}
-        std::variant<std::vector<Real>, std::vector<std::int64_t>, std::string,
-                     Rows<Real>, Rows<std::int64_t>>
+        std::variant<std::vector<float>, std::vector<double>,
+                     std::vector<std::int64_t>, std::string, Rows<float>,
+                     Rows<double>, Rows<std::int64_t>>
             values;
     };
     using Entries = std::map<std::string, Entry>;
@@ -102,17 +103,18 @@ class Archive
     //! \name Values that are the same on all ranks
     //! @{
     template <class T>
-    requires( std::is_same_v<T, Real> || std::is_same_v<T, std::int64_t> ) void
+    requires( std::is_floating_point_v<T> ||
+              std::is_same_v<T, std::int64_t> ) void
     operator()( const std::string& name, T& value )
     {
         std::vector<T> list = { value };
         exchange( name, list, {} );
         value = list[0];
     }
-    template <std::size_t N>
-    void operator()( const std::string& name, Kokkos::Array<Real, N>& vector )
+    template <class T, std::size_t N>
+    void operator()( const std::string& name, Kokkos::Array<T, N>& vector )
     {
-        std::vector<Real> list( vector.data(), vector.data() + N );
+        std::vector<T> list( vector.data(), vector.data() + N );
         exchange( name, list, { N } );
         std::copy( list.begin(), list.end(), vector.data() );
     }

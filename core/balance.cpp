@@ -17,7 +17,7 @@ class Ends
   public:
     //! \param sums [slabs][cells + 1], loads before each cell
     Ends( const SlabLoads& sums, const int parts, const int fewest,
-          const Real bound )
+          const double bound )
         : _farthest( sums[0].size() ),
           _reached( parts + 1, std::vector<char>( sums[0].size() ) )
     {
@@ -63,9 +63,9 @@ class Ends
     }
 
     //! Of the heaviest slab.
-    static Real load( const SlabLoads& sums, const int begin, const int end )
+    static double load( const SlabLoads& sums, const int begin, const int end )
     {
-        Real heaviest = 0;
+        double heaviest = 0;
         for ( const auto& sum : sums )
             heaviest = std::max( heaviest, sum[end] - sum[begin] );
         return heaviest;
@@ -87,7 +87,7 @@ AxisCuts cutAxis( const SlabLoads& loads, const int parts, const int fewest )
             std::to_string( fewest ) + " cells do not fit into " +
             std::to_string( cells ) + "; start fewer ranks" );
     SlabLoads sums;
-    std::vector<Real> whole( cells + 1 ); // of all slabs
+    std::vector<double> whole( cells + 1 ); // of all slabs
     for ( const auto& slab : loads )
     {
         auto& sum = sums.emplace_back( cells + 1 );
@@ -98,10 +98,10 @@ AxisCuts cutAxis( const SlabLoads& loads, const int parts, const int fewest )
     }
 
     // Between a bound that fails, or nothing, and one that is kept.
-    Real low = 0, high = Ends::load( sums, 0, cells );
+    double low = 0, high = Ends::load( sums, 0, cells );
     while ( high - low > 1e-6 * high )
     {
-        const Real middle = 0.5 * ( low + high );
+        const double middle = 0.5 * ( low + high );
         ( Ends( sums, parts, fewest, middle ).reach( parts, cells ) ? high
                                                                     : low ) =
             middle;
@@ -113,7 +113,7 @@ AxisCuts cutAxis( const SlabLoads& loads, const int parts, const int fewest )
     for ( int part = parts - 1; part >= 0; --part )
     {
         const int end = chosen.cuts[part + 1];
-        const Real even = whole[cells] * part / parts;
+        const double even = whole[cells] * part / parts;
         int best = -1;
         for ( int begin = 0; begin <= end - fewest; ++begin )
             if ( ends.reach( part, begin ) && ends.fits( begin, end ) &&

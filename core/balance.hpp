@@ -22,21 +22,21 @@ namespace Machpoint
 //! What a run reports: the largest load of a rank over the mean one.
 struct Imbalance
 {
-    Real start = 0;              //!< of equal boxes; 0: not yet looked at
-    Real largest = 0;            //!< of all looks
-    Real end = 0;                //!< of the last look
+    double start = 0;            //!< of equal boxes; 0: not yet looked at
+    double largest = 0;          //!< of all looks
+    double end = 0;              //!< of the last look
     std::int64_t cuts_moved = 0; //!< how often
 };
 
 //! Loads of the cells along one axis, for each slab that the cuts of the other
 //! axes leave: [slabs][cells].
-using SlabLoads = std::vector<std::vector<Real>>;
+using SlabLoads = std::vector<std::vector<double>>;
 
 //! Cuts of one axis, and the load of the heaviest box between them.
 struct AxisCuts
 {
     std::vector<int> cuts; //!< [parts + 1]
-    Real heaviest;
+    double heaviest;
 };
 
 /*!
@@ -56,7 +56,7 @@ template <int Dim>
 struct BoxCuts
 {
     Cuts<Dim> cuts;
-    Real heaviest = 0;
+    double heaviest = 0;
 };
 
 /*!
@@ -75,12 +75,12 @@ BoxCuts<Dim> chooseCuts( const Indices<Dim>& cells, const Indices<Dim>& ranks,
                          const int fewest, const Loads& loads )
 {
     // Gains below this are not worth another round, of which few are needed.
-    constexpr Real least_gain = 1e-3;
+    constexpr double least_gain = 1e-3;
     constexpr int most_rounds = 5;
     BoxCuts<Dim> chosen;
     for ( int d = 0; d < Dim; ++d )
         chosen.cuts[d] = { 0, cells[d] };
-    Real before = 0;
+    double before = 0;
     for ( int round = 0; round < most_rounds; ++round )
     {
         for ( int d = 0; d < Dim; ++d )
@@ -106,7 +106,7 @@ BoxCuts<Dim> chooseCuts( const Indices<Dim>& cells, const Indices<Dim>& ranks,
 template <int Dim>
 SlabLoads countLoads( const Communicator& comm, const Grid<Dim>& grid,
                       const Particles<Dim>& particles, const int axis,
-                      Cuts<Dim> cuts, const Real cell_cost )
+                      Cuts<Dim> cuts, const double cell_cost )
 {
     const auto x = particles.template slice<Position>();
     const int cells = grid.cells[axis];
@@ -129,10 +129,10 @@ SlabLoads countLoads( const Communicator& comm, const Grid<Dim>& grid,
     const auto sums = comm.sumCounts(
         std::vector<std::int64_t>( host.data(), host.data() + host.size() ) );
 
-    SlabLoads loads( slabs, std::vector<Real>( cells ) );
+    SlabLoads loads( slabs, std::vector<double>( cells ) );
     for ( std::size_t s = 0; s < slabs; ++s )
     {
-        Real layer = cell_cost; // of the slab's cells in one layer
+        double layer = cell_cost; // of the slab's cells in one layer
         std::size_t rest = s;
         for ( int d = 0; d < Dim; ++d )
         {
@@ -142,7 +142,7 @@ SlabLoads countLoads( const Communicator& comm, const Grid<Dim>& grid,
                 layer *= cuts[d][place + 1] - cuts[d][place];
         }
         for ( int c = 0; c < cells; ++c )
-            loads[s][c] = layer + static_cast<Real>( sums[s * cells + c] );
+            loads[s][c] = layer + static_cast<double>( sums[s * cells + c] );
     }
     return loads;
 }
@@ -169,7 +169,7 @@ class Balancer
     //! Of the ranks' boxes, in particles.
     struct Loads
     {
-        Real largest, mean;
+        double largest, mean;
     };
 
     //! Compares the loads of the ranks, and remembers. Collective.
@@ -177,12 +177,12 @@ class Balancer
                 const Particles<Dim>& particles )
     {
         const auto& comm = decomposition.comm();
-        const Real own =
+        const double own =
             particles.size() + _cell_cost * decomposition.box().totalCells();
         const Loads loads{ comm.max( own ), comm.sum( own ) / comm.size() };
         // The mean of equal loads may round to a larger number.
         _seen.end = loads.mean > 0
-                        ? std::max( loads.largest / loads.mean, Real( 1 ) )
+                        ? std::max( loads.largest / loads.mean, double( 1 ) )
                         : 1;
         _seen.largest = std::max( _seen.largest, _seen.end );
         if ( _seen.start == 0 )
@@ -230,11 +230,11 @@ class Balancer
 
   private:
     //! A move takes about as long as a step: less gain would not pay for it.
-    static constexpr Real least_gain = 0.05;
+    static constexpr double least_gain = 0.05;
 
     int _every;
-    Real _threshold;
-    Real _cell_cost;
+    double _threshold;
+    double _cell_cost;
     Imbalance _seen;
 };
 

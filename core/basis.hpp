@@ -82,9 +82,9 @@ struct Quadratic
     KOKKOS_FORCEINLINE_FUNCTION static void weights( const Number& f,
                                                      Number* w )
     {
-        w[0] = 0.5 * ( 1 - f ) * ( 1 - f );
-        w[1] = 0.75 - ( f - 0.5 ) * ( f - 0.5 );
-        w[2] = 0.5 * f * f;
+        w[0] = 0.5_rt * ( 1 - f ) * ( 1 - f );
+        w[1] = 0.75_rt - ( f - 0.5_rt ) * ( f - 0.5_rt );
+        w[2] = 0.5_rt * f * f;
     }
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION static void gradients( const Number& f,
@@ -106,12 +106,12 @@ struct Quadratic
     KOKKOS_FORCEINLINE_FUNCTION static Number offset( const Number& f,
                                                       const int k )
     {
-        return k - 0.5 - f;
+        return k - 0.5_rt - f;
     }
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION static Number moment( const Number& )
     {
-        return 0.25;
+        return 0.25_rt;
     }
 };
 
@@ -143,10 +143,10 @@ struct Cubic
                                                        Number* g )
     {
         const Number r = 1 - f;
-        g[0] = -0.5 * r * r;
-        g[1] = ( 1.5 * f - 2 ) * f;
-        g[2] = -( 1.5 * r - 2 ) * r;
-        g[3] = 0.5 * f * f;
+        g[0] = -0.5_rt * r * r;
+        g[1] = ( 1.5_rt * f - 2 ) * f;
+        g[2] = -( 1.5_rt * r - 2 ) * r;
+        g[3] = 0.5_rt * f * f;
     }
     //! Derivatives (times h) of the weights halfway between nodes.
     template <class Number>
@@ -166,7 +166,7 @@ struct Cubic
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION static Number moment( const Number& )
     {
-        return 1.0 / 3.0;
+        return 1.0_rt / 3.0_rt;
     }
 };
 
@@ -189,7 +189,7 @@ NodeLayout<Dim> nodeLayout( const Grid<Dim>& grid, const int reach = 0 )
 template <class Basis, int Dim, class Number = Real>
 struct Stencil
 {
-    Bases<Number> base;           //!< row of the first node
+    Bases<Number> base{};         //!< row of the first node
     Number w[Dim][Basis::nodes];  //!< weights
     Number dw[Dim][Basis::nodes]; //!< derivatives, 1/length
     Number dx[Dim][Basis::nodes]; //!< node minus particle, length
@@ -199,7 +199,6 @@ struct Stencil
                                          const NodeLayout<Dim>& layout,
                                          const VectorOf<Dim, Number>& x )
     {
-        Number row( 0.0 );
         for ( int d = 0; d < Dim; ++d )
         {
             const Real h = grid.spacing[d];
@@ -219,9 +218,8 @@ struct Stencil
                 dx[d][k] = Basis::offset( f, k ) * h;
             }
             const Real shift = Basis::first( 0 ) - layout.lowest( d );
-            row += ( c + shift ) * static_cast<Real>( layout.stride[d] );
+            advance( base, c + shift, layout.stride[d] );
         }
-        base = toBases( row );
     }
 
     //! sum_i w_i (x_i - x_p)_d^2, length^2.
@@ -516,7 +514,7 @@ forEachCell( const Grid<Dim>& grid, const Stencil<Basis, Dim, Number>& s,
                 {
                     row += at[d] * layout.stride[d];
                     cell.weight *= halfway.c[d][at[d]];
-                    cell.dx[d] = s.dx[d][at[d]] + 0.5 * grid.spacing[d];
+                    cell.dx[d] = s.dx[d][at[d]] + 0.5_rt * grid.spacing[d];
                 }
                 cell.row = rowAt( s.base, row );
                 visit( cell );

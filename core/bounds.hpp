@@ -13,7 +13,11 @@ namespace Machpoint
 //! The position just inside the upper side that rounding cannot move onto it.
 KOKKOS_INLINE_FUNCTION Real justInside( const Real lower, const Real upper )
 {
-    return upper - 1e-12 * ( upper - lower );
+    constexpr Real least = 4 * Kokkos::Experimental::epsilon_v<Real>;
+    return upper -
+           Kokkos::max<Real>( 1e-12_rt * ( upper - lower ),
+                              least * Kokkos::max( Kokkos::abs( lower ),
+                                                   Kokkos::abs( upper ) ) );
 }
 
 //! Positions from lower to upper.
@@ -53,7 +57,7 @@ template <int Dim>
 Bounds<Dim> boxBounds( const Grid<Dim>& grid, const CellBox<Dim>& box )
 {
     auto bounds = domainBounds( grid );
-    const Real margin = 1e-3; // cells
+    const Real margin = 1e-2_rt; // cells
     for ( int d = 0; d < Dim; ++d )
     {
         if ( box.begin[d] > 0 )

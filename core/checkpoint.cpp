@@ -21,9 +21,13 @@ namespace
 
 // --- Checksum ----------------------------------------------------------------
 
-std::uint64_t word( const Real value )
+std::uint64_t word( const double value )
 {
     return std::bit_cast<std::uint64_t>( value );
+}
+std::uint64_t word( const float value )
+{
+    return std::bit_cast<std::uint32_t>( value );
 }
 std::uint64_t word( const std::int64_t value )
 {
@@ -71,8 +75,15 @@ Rows<T> summed( const Rows<T>& rows, const std::string& path,
 //! Has each rank rows of its own, rather than all the same?
 bool isDistributed( const Archive::Entry& entry )
 {
-    return std::holds_alternative<Rows<Real>>( entry.values ) ||
-           std::holds_alternative<Rows<std::int64_t>>( entry.values );
+    return std::visit(
+        []<class Values>( const Values& )
+        {
+            return requires( Values v )
+            {
+                v.fetch;
+            };
+        },
+        entry.values );
 }
 
 std::string pathOf( const std::string& name, const bool is_distributed )
@@ -82,7 +93,8 @@ std::string pathOf( const std::string& name, const bool is_distributed )
 
 const char* typeOf( const Archive::Entry& entry )
 {
-    const char* names[] = { "real", "integer", "text", "real", "integer" };
+    const char* names[] = { "single", "real", "integer", "text",
+                            "single", "real", "integer" };
     return names[entry.values.index()];
 }
 
@@ -281,18 +293,20 @@ Content readContent( const Communicator& ranks, const fs::path& file )
         const bool is_distributed = description.at( "is_distributed" );
         const auto path = pathOf( name, is_distributed );
         auto& entry = content.entries[name];
+        auto read = [&]<class T>( T )
+        {
+            return is_distributed
+                       ? readRows<T>( reader, path, first, count, content.sum )
+                       : readTable<T>( *reader, path, shared );
+        };
         if ( type == "text" )
             entry = { {}, readText( *reader, path, shared ) };
-        else if ( is_distributed )
-            entry =
-                type == "real"
-                    ? readRows<Real>( reader, path, first, count, content.sum )
-                    : readRows<std::int64_t>( reader, path, first, count,
-                                              content.sum );
+        else if ( type == "real" )
+            entry = read( double{} );
+        else if ( type == "single" )
+            entry = read( float{} );
         else
-            entry = type == "real"
-                        ? readTable<Real>( *reader, path, shared )
-                        : readTable<std::int64_t>( *reader, path, shared );
+            entry = read( std::int64_t{} );
     }
     if ( ranks.isRoot() )
         content.sum += shared;
@@ -326,6 +340,7 @@ fs::path writeCheckpoint( const Communicator& ranks, const fs::path& folder,
 
     Json header;
     header["revision"] = revision;
+    header["precision"] = precision_name;
     header["input"] = input;
     header["entries"] = Json::array();
     std::uint64_t sum = 0, shared_sum = 0;
@@ -359,7 +374,7 @@ fs::path writeCheckpoint( const Communicator& ranks, const fs::path& folder,
 
     std::int64_t checksum = 0; // known when all rows were fetched
     const auto time =
-        std::get<std::vector<Real>>( entries.at( "time" ).values );
+        std::get<std::vector<double>>( entries.at( "time" ).values );
     const auto step =
         std::get<std::vector<std::int64_t>>( entries.at( "step" ).values );
     const auto file = folder / fmt::format( "{:08}.h5", step.at( 0 ) );
@@ -411,6 +426,14 @@ Checkpoint readCheckpoint( const Communicator& ranks, const fs::path& file,
             "{}: cannot be restarted from: its checksum does not fit; take "
             "another checkpoint",
             file.string() ) );
+    // Older ones do not say so.
+    const auto precision = header.value( "precision", "double" );
+    if ( precision != precision_name )
+        throw InputError( { fmt::format(
+            "the checkpoint {} has particles in {} precision, and this program "
+            "computes in {}; restart with a build whose Machpoint_PRECISION is "
+            "{}",
+            file.string(), precision, precision_name, precision ) } );
     const auto other = difference( &header.at( "input" ), &input, "" );
     if ( !other.empty() )
         throw InputError( { fmt::format(

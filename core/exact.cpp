@@ -23,7 +23,7 @@ namespace Machpoint
 //---------------------------------------------------------------------------//
 namespace
 {
-constexpr Real infinity = std::numeric_limits<Real>::infinity();
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 //! Refuses what no stiffened gas can be; pressure is the shifted one.
 void requireGas( const GasState& gas, const std::string& side )
@@ -31,7 +31,7 @@ void requireGas( const GasState& gas, const std::string& side )
     const bool is_finite =
         std::isfinite( gas.density ) && std::isfinite( gas.pressure ) &&
         std::all_of( &gas.velocity[0], &gas.velocity[0] + 3,
-                     []( Real v ) { return std::isfinite( v ); } );
+                     []( double v ) { return std::isfinite( v ); } );
     if ( !is_finite )
         throw std::invalid_argument( side + " state is not finite" );
     if ( gas.density < 0 )
@@ -42,8 +42,8 @@ void requireGas( const GasState& gas, const std::string& side )
 }
 } // namespace
 
-RiemannSolution::RiemannSolution( GasState left, GasState right, Real gamma,
-                                  Real pressure_offset )
+RiemannSolution::RiemannSolution( GasState left, GasState right, double gamma,
+                                  double pressure_offset )
     : _gamma( gamma ), _offset( pressure_offset )
 {
     if ( !( gamma > 1 ) || !std::isfinite( gamma ) )
@@ -62,7 +62,7 @@ RiemannSolution::RiemannSolution( GasState left, GasState right, Real gamma,
 
     // Each gas can expand up to its escape velocity; where these leave a gap
     // there is vacuum (Toro 2009, section 4.6).
-    const Real escape = 2 / ( _gamma - 1 );
+    const double escape = 2 / ( _gamma - 1 );
     _left.star_velocity = left.density > 0
                               ? _left.velocity + escape * _left.sound_speed
                               : -infinity;
@@ -70,7 +70,7 @@ RiemannSolution::RiemannSolution( GasState left, GasState right, Real gamma,
                                ? _right.velocity + escape * _right.sound_speed
                                : -infinity;
     // In the mirrored frame the right front stands at minus its velocity.
-    const Real gap = -_right.star_velocity - _left.star_velocity;
+    const double gap = -_right.star_velocity - _left.star_velocity;
     _has_vacuum = gap > 0;
     if ( gap >= 0 )
     {
@@ -97,7 +97,7 @@ RiemannSolution::RiemannSolution( GasState left, GasState right, Real gamma,
 }
 
 RiemannSolution::Side RiemannSolution::makeSide( const GasState& gas,
-                                                 Real sign ) const
+                                                 double sign ) const
 {
     Side side = {};
     side.gas = gas;
@@ -110,9 +110,9 @@ RiemannSolution::Side RiemannSolution::makeSide( const GasState& gas,
 
 //! How much a wave to the given pressure slows the gas down: through a shock
 //! or a fan (Toro 2009, eq. 4.6 and 4.7).
-Real RiemannSolution::jump( const Side& side, Real pressure ) const
+double RiemannSolution::jump( const Side& side, double pressure ) const
 {
-    const Real p = side.gas.pressure;
+    const double p = side.gas.pressure;
     if ( pressure > p )
         return ( pressure - p ) *
                std::sqrt( 2 / ( side.gas.density * ( ( _gamma + 1 ) * pressure +
@@ -125,12 +125,13 @@ Real RiemannSolution::jump( const Side& side, Real pressure ) const
                        std::log( pressure / p ) );
 }
 
-Real RiemannSolution::jumpDerivative( const Side& side, Real pressure ) const
+double RiemannSolution::jumpDerivative( const Side& side,
+                                        double pressure ) const
 {
-    const Real p = side.gas.pressure;
+    const double p = side.gas.pressure;
     if ( pressure > p )
     {
-        const Real sum = ( _gamma + 1 ) * pressure + ( _gamma - 1 ) * p;
+        const double sum = ( _gamma + 1 ) * pressure + ( _gamma - 1 ) * p;
         return std::sqrt( 2 / ( side.gas.density * sum ) ) *
                ( 1 - 0.5 * ( _gamma + 1 ) * ( pressure - p ) / sum );
     }
@@ -140,20 +141,20 @@ Real RiemannSolution::jumpDerivative( const Side& side, Real pressure ) const
 
 //! The shifted pressure at which both waves lead to the same velocity. There
 //! is one, because the caller has ruled vacuum out.
-Real RiemannSolution::solvePressure() const
+double RiemannSolution::solvePressure() const
 {
-    const Real approach = _left.velocity + _right.velocity;
-    const auto excess = [&]( Real p )
+    const double approach = _left.velocity + _right.velocity;
+    const auto excess = [&]( double p )
     { return jump( _left, p ) + jump( _right, p ) - approach; };
 
-    const Real pl = _left.gas.pressure, pr = _right.gas.pressure;
-    const Real lowest = std::min( pl, pr );
+    const double pl = _left.gas.pressure, pr = _right.gas.pressure;
+    const double lowest = std::min( pl, pr );
     if ( lowest > 0 && excess( lowest ) >= 0 )
     {
         // Two fans, which have a closed solution (Toro 2009, eq. 4.46).
-        const Real z = ( _gamma - 1 ) / ( 2 * _gamma );
-        const Real sum = _left.sound_speed + _right.sound_speed +
-                         0.5 * ( _gamma - 1 ) * approach;
+        const double z = ( _gamma - 1 ) / ( 2 * _gamma );
+        const double sum = _left.sound_speed + _right.sound_speed +
+                           0.5 * ( _gamma - 1 ) * approach;
         return pl *
                std::pow( sum / ( _left.sound_speed +
                                  _right.sound_speed * std::pow( pl / pr, z ) ),
@@ -162,7 +163,7 @@ Real RiemannSolution::solvePressure() const
 
     // Otherwise Newton from a pressure that is too low: the excess increases
     // and is concave, so that no step goes too far and every one goes up.
-    Real p = lowest;
+    double p = lowest;
     if ( !( p > 0 ) )
     {
         p = std::max( pl, pr ) +
@@ -174,9 +175,9 @@ Real RiemannSolution::solvePressure() const
     // Ends where round-off stops the ascent; the count only guards it.
     for ( int i = 0; i < 200; ++i )
     {
-        const Real slope =
+        const double slope =
             jumpDerivative( _left, p ) + jumpDerivative( _right, p );
-        const Real next = p - excess( p ) / slope;
+        const double next = p - excess( p ) / slope;
         if ( !( next > p ) )
             break;
         p = next;
@@ -188,7 +189,7 @@ Real RiemannSolution::solvePressure() const
 //! (Toro 2009, section 4.4).
 void RiemannSolution::closeSide( Side& side ) const
 {
-    const Real p = side.gas.pressure;
+    const double p = side.gas.pressure;
     side.star_density = side.gas.density;
     side.head = side.tail = side.velocity - side.sound_speed;
     if ( side.gas.density == 0 )
@@ -197,16 +198,16 @@ void RiemannSolution::closeSide( Side& side ) const
     }
     else if ( _star_pressure > p )
     {
-        const Real up = _gamma + 1, down = _gamma - 1;
+        const double up = _gamma + 1, down = _gamma - 1;
         side.star_density *= ( up * _star_pressure + down * p ) /
                              ( down * _star_pressure + up * p );
-        const Real mass_flux = std::sqrt( 0.5 * side.gas.density *
-                                          ( up * _star_pressure + down * p ) );
+        const double mass_flux = std::sqrt(
+            0.5 * side.gas.density * ( up * _star_pressure + down * p ) );
         side.head = side.tail = side.velocity - mass_flux / side.gas.density;
     }
     else if ( _star_pressure < p )
     {
-        const Real ratio = _star_pressure / p;
+        const double ratio = _star_pressure / p;
         side.star_density *= std::pow( ratio, 1 / _gamma );
         side.tail = side.star_velocity -
                     side.sound_speed *
@@ -216,8 +217,8 @@ void RiemannSolution::closeSide( Side& side ) const
 
 //! The state on a ray that lies on the gas' side of the contact; speed and the
 //! side are seen with that side on the left, sign leads back.
-GasState RiemannSolution::sampleSide( const Side& side, Real speed,
-                                      Real sign ) const
+GasState RiemannSolution::sampleSide( const Side& side, double speed,
+                                      double sign ) const
 {
     GasState result = side.gas;
     if ( speed >= side.tail )
@@ -229,10 +230,10 @@ GasState RiemannSolution::sampleSide( const Side& side, Real speed,
     else if ( speed > side.head )
     {
         // Inside the fan (Toro 2009, eq. 4.56).
-        const Real c = side.sound_speed;
-        const Real ratio = 2 / ( _gamma + 1 ) + ( _gamma - 1 ) /
-                                                    ( ( _gamma + 1 ) * c ) *
-                                                    ( side.velocity - speed );
+        const double c = side.sound_speed;
+        const double ratio = 2 / ( _gamma + 1 ) + ( _gamma - 1 ) /
+                                                      ( ( _gamma + 1 ) * c ) *
+                                                      ( side.velocity - speed );
         result.density *= std::pow( ratio, 2 / ( _gamma - 1 ) );
         result.velocity[0] = sign * ( speed + ratio * c );
         result.pressure *= std::pow( ratio, 2 * _gamma / ( _gamma - 1 ) );
@@ -241,7 +242,7 @@ GasState RiemannSolution::sampleSide( const Side& side, Real speed,
     return result;
 }
 
-GasState RiemannSolution::sample( Real x_over_t ) const
+GasState RiemannSolution::sample( double x_over_t ) const
 {
     if ( x_over_t <= _left.star_velocity )
         return sampleSide( _left, x_over_t, 1 );
@@ -251,10 +252,10 @@ GasState RiemannSolution::sample( Real x_over_t ) const
     return { 0, { x_over_t, 0, 0 }, -_offset };
 }
 
-std::array<Real, 5> RiemannSolution::waveSpeeds() const
+std::array<double, 5> RiemannSolution::waveSpeeds() const
 {
-    std::array<Real, 5> speeds = { _left.head, _left.tail, _star_velocity,
-                                   -_right.tail, -_right.head };
+    std::array<double, 5> speeds = { _left.head, _left.tail, _star_velocity,
+                                     -_right.tail, -_right.head };
     if ( _left.gas.density == 0 )
         speeds[0] = speeds[1] = _star_velocity;
     if ( _right.gas.density == 0 )
@@ -268,10 +269,10 @@ std::array<Real, 5> RiemannSolution::waveSpeeds() const
 namespace
 {
 //! The gas that has c / c0 times the sound speed at the same entropy.
-GasState atSoundSpeed( const GasState& gas, Real ratio, const GasLaw& law )
+GasState atSoundSpeed( const GasState& gas, double ratio, const GasLaw& law )
 {
-    const Real exponent = 2 / ( law.gamma - 1 );
-    const Real offset = law.pressure_offset;
+    const double exponent = 2 / ( law.gamma - 1 );
+    const double offset = law.pressure_offset;
     return { gas.density * std::pow( ratio, exponent ), gas.velocity,
              ( gas.pressure + offset ) *
                      std::pow( ratio, law.gamma * exponent ) -
@@ -280,8 +281,9 @@ GasState atSoundSpeed( const GasState& gas, Real ratio, const GasLaw& law )
 } // namespace
 
 AcousticWave::AcousticWave( const GasState& background,
-                            const Vector<3>& direction, Real position,
-                            Real amplitude, Real wavelength, const GasLaw& law )
+                            const Vector3& direction, double position,
+                            double amplitude, double wavelength,
+                            const GasLaw& law )
     : _background( background ), _direction( direction ), _position( position ),
       _amplitude( amplitude ),
       _wave_number( 2 * std::numbers::pi / wavelength ), _law( law ),
@@ -295,33 +297,33 @@ AcousticWave::AcousticWave( const GasState& background,
                                      "gas turns to vacuum" );
 }
 
-GasState AcousticWave::state( const Vector<3>& x, Real t ) const
+GasState AcousticWave::state( const Vector3& x, double t ) const
 {
     // Seen from the background, a value that left s travels with
     // c0 + (gamma + 1) / 2 v( s ); s + speed( s ) t = target has one root.
-    const Real growth = 0.5 * ( _law.gamma + 1 ) * _amplitude * _sound_speed;
-    const Real target = dot<3>( _direction, x ) - _position -
-                        dot<3>( _direction, _background.velocity ) * t -
-                        _sound_speed * t;
-    Real low = target - growth * t, high = target + growth * t;
-    Real s = target;
+    const double growth = 0.5 * ( _law.gamma + 1 ) * _amplitude * _sound_speed;
+    const double target = dot<3>( _direction, x ) - _position -
+                          dot<3>( _direction, _background.velocity ) * t -
+                          _sound_speed * t;
+    double low = target - growth * t, high = target + growth * t;
+    double s = target;
     // Newton, halving the bracket where it would leave it; quadratic at the
     // end, so that the count only guards against the breaking time.
     for ( int i = 0; i < 100; ++i )
     {
-        const Real excess =
+        const double excess =
             s + growth * t * std::sin( _wave_number * s ) - target;
         ( excess > 0 ? high : low ) = s;
-        const Real slope =
+        const double slope =
             1 + growth * t * _wave_number * std::cos( _wave_number * s );
-        Real next = s - excess / slope;
+        double next = s - excess / slope;
         if ( !( next > low && next < high ) )
             next = 0.5 * ( low + high );
         if ( std::abs( next - s ) <= 1e-16 * ( 1 / _wave_number ) )
             break;
         s = next;
     }
-    const Real mach = _amplitude * std::sin( _wave_number * s );
+    const double mach = _amplitude * std::sin( _wave_number * s );
     GasState gas =
         atSoundSpeed( _background, 1 + 0.5 * ( _law.gamma - 1 ) * mach, _law );
     for ( int d = 0; d < 3; ++d )
@@ -329,22 +331,22 @@ GasState AcousticWave::state( const Vector<3>& x, Real t ) const
     return gas;
 }
 
-Real AcousticWave::initialSlope( const Vector<3>& x ) const
+double AcousticWave::initialSlope( const Vector3& x ) const
 {
-    const Real s = dot<3>( _direction, x ) - _position;
+    const double s = dot<3>( _direction, x ) - _position;
     return _amplitude * _sound_speed * _wave_number *
            std::cos( _wave_number * s );
 }
 
-Real AcousticWave::breakingTime() const
+double AcousticWave::breakingTime() const
 {
     return 2 /
            ( ( _law.gamma + 1 ) * _amplitude * _sound_speed * _wave_number );
 }
 
 IsentropicVortex::IsentropicVortex( const GasState& stream,
-                                    const Vector<3>& center, Real strength,
-                                    Real radius, const GasLaw& law )
+                                    const Vector3& center, double strength,
+                                    double radius, const GasLaw& law )
     : _stream( stream ), _center( center ), _strength( strength ),
       _radius( radius ), _law( law )
 {
@@ -354,16 +356,16 @@ IsentropicVortex::IsentropicVortex( const GasState& stream,
             "raise the pressure" );
 }
 
-GasState IsentropicVortex::stateAt( const Vector<3>& offset ) const
+GasState IsentropicVortex::stateAt( const Vector3& offset ) const
 {
-    const Real x = offset[0] / _radius, y = offset[1] / _radius;
-    const Real swirl = _strength / ( 2 * std::numbers::pi ) *
-                       std::exp( 0.5 * ( 1 - x * x - y * y ) );
-    const Real square = _law.gamma *
-                        ( _stream.pressure + _law.pressure_offset ) /
-                        _stream.density;
+    const double x = offset[0] / _radius, y = offset[1] / _radius;
+    const double swirl = _strength / ( 2 * std::numbers::pi ) *
+                         std::exp( 0.5 * ( 1 - x * x - y * y ) );
+    const double square = _law.gamma *
+                          ( _stream.pressure + _law.pressure_offset ) /
+                          _stream.density;
     // c^2 falls by (gamma - 1) / 2 swirl^2.
-    const Real ratio = 1 - 0.5 * ( _law.gamma - 1 ) * swirl * swirl / square;
+    const double ratio = 1 - 0.5 * ( _law.gamma - 1 ) * swirl * swirl / square;
     GasState gas =
         atSoundSpeed( _stream, std::sqrt( std::max( ratio, 0.0 ) ), _law );
     gas.velocity[0] -= swirl * y;
@@ -371,47 +373,47 @@ GasState IsentropicVortex::stateAt( const Vector<3>& offset ) const
     return gas;
 }
 
-std::array<std::array<Real, 2>, 2>
-IsentropicVortex::gradientAt( const Vector<3>& offset ) const
+std::array<std::array<double, 2>, 2>
+IsentropicVortex::gradientAt( const Vector3& offset ) const
 {
-    const Real x = offset[0] / _radius, y = offset[1] / _radius;
-    const Real rate = _strength / ( 2 * std::numbers::pi * _radius ) *
-                      std::exp( 0.5 * ( 1 - x * x - y * y ) );
+    const double x = offset[0] / _radius, y = offset[1] / _radius;
+    const double rate = _strength / ( 2 * std::numbers::pi * _radius ) *
+                        std::exp( 0.5 * ( 1 - x * x - y * y ) );
     return { { { rate * x * y, rate * ( y * y - 1 ) },
                { rate * ( 1 - x * x ), -rate * x * y } } };
 }
 
-NohSolution::NohSolution( int dimension, const Vector<3>& center, Real density,
-                          Real speed, Real pressure, Real gamma )
+NohSolution::NohSolution( int dimension, const Vector3& center, double density,
+                          double speed, double pressure, double gamma )
     : _dimension( dimension ), _center( center ), _density( density ),
       _speed( speed ), _pressure( pressure ), _gamma( gamma )
 {
 }
 
-std::pair<Vector<3>, Real> NohSolution::radial( const Vector<3>& x ) const
+std::pair<Vector3, double> NohSolution::radial( const Vector3& x ) const
 {
-    Vector<3> n = { 0, 0, 0 };
+    Vector3 n = { 0, 0, 0 };
     for ( int d = 0; d < _dimension; ++d )
         n[d] = x[d] - _center[d];
-    const Real r = std::hypot( n[0], n[1], n[2] );
+    const double r = std::hypot( n[0], n[1], n[2] );
     if ( r > 0 )
         for ( int d = 0; d < 3; ++d )
             n[d] /= r;
     return { n, r };
 }
 
-GasState NohSolution::state( const Vector<3>& x, Real t ) const
+GasState NohSolution::state( const Vector3& x, double t ) const
 {
     const auto [n, r] = radial( x );
     if ( t > 0 && r < 0.5 * ( _gamma - 1 ) * _speed * t )
     {
-        const Real density =
+        const double density =
             _density * std::pow( ( _gamma + 1 ) / ( _gamma - 1 ), _dimension );
         return { density,
                  { 0, 0, 0 },
                  0.5 * ( _gamma - 1 ) * density * _speed * _speed };
     }
-    const Real ratio =
+    const double ratio =
         t > 0 ? std::pow( 1 + _speed * t / r, _dimension - 1 ) : 1;
     return { _density * ratio,
              { -_speed * n[0], -_speed * n[1], -_speed * n[2] },
@@ -428,10 +430,10 @@ GasLaw gasLaw( const Json& input )
     for ( const Json& effect : input.at( "physics" ) )
     {
         if ( effect.at( "type" ) == "ideal_gas" )
-            return { effect.at( "gamma" ).get<Real>(), 0 };
+            return { effect.at( "gamma" ).get<double>(), 0 };
         if ( effect.at( "type" ) == "stiffened_gas" )
-            return { effect.at( "gamma" ).get<Real>(),
-                     effect.at( "reference_pressure" ).get<Real>() };
+            return { effect.at( "gamma" ).get<double>(),
+                     effect.at( "reference_pressure" ).get<double>() };
     }
     throw std::invalid_argument( "/exact: needs an entry of type "
                                  "\"ideal_gas\" or \"stiffened_gas\" in "
@@ -440,20 +442,20 @@ GasLaw gasLaw( const Json& input )
 
 namespace
 {
-Vector<3> axisVector( const Json& axis )
+Vector3 axisVector( const Json& axis )
 {
-    Vector<3> result = { 0, 0, 0 };
+    Vector3 result = { 0, 0, 0 };
     result[axis.get<std::string>().at( 0 ) - 'x'] = 1;
     return result;
 }
 
 //! Unit vector of the keys `normal`, or else `axis`.
-Vector<3> unitNormal( const Json& initial )
+Vector3 unitNormal( const Json& initial )
 {
     if ( !initial.contains( "normal" ) )
         return axisVector( initial.at( "axis" ) );
-    Vector<3> normal = toVector3( initial.at( "normal" ) );
-    const Real length = std::hypot( normal[0], normal[1], normal[2] );
+    Vector3 normal = toVector3( initial.at( "normal" ) );
+    const double length = std::hypot( normal[0], normal[1], normal[2] );
     if ( !( length > 0 ) )
         throw std::invalid_argument( "/exact: the normal of the " +
                                      initial.at( "type" ).get<std::string>() +
@@ -475,18 +477,18 @@ const Json& firstOfType( const Json& input, const std::string& list,
 }
 
 //! Swaps the x axis and a unit vector by reflection; its own inverse.
-Vector<3> reflect( const Vector<3>& v, const Vector<3>& normal )
+Vector3 reflect( const Vector3& v, const Vector3& normal )
 {
-    const Vector<3> w = { 1 - normal[0], -normal[1], -normal[2] };
-    const Real square = dot<3>( w, w );
+    const Vector3 w = { 1 - normal[0], -normal[1], -normal[2] };
+    const double square = dot<3>( w, w );
     if ( square == 0 )
         return v;
-    const Real factor = 2 * dot<3>( w, v ) / square;
+    const double factor = 2 * dot<3>( w, v ) / square;
     return { v[0] - factor * w[0], v[1] - factor * w[1], v[2] - factor * w[2] };
 }
 
 //! A state with its velocity in the frame whose first axis is the normal.
-GasState reflect( GasState gas, const Vector<3>& normal )
+GasState reflect( GasState gas, const Vector3& normal )
 {
     gas.velocity = reflect( gas.velocity, normal );
     return gas;
@@ -498,25 +500,25 @@ class RiemannExact : public ExactSolution
   public:
     RiemannExact( const Json& initial, const GasLaw& law )
         : _normal( unitNormal( initial ) ),
-          _position( initial.at( "position" ).get<Real>() ),
+          _position( initial.at( "position" ).get<double>() ),
           _solution( reflect( toGasState( initial.at( "left" ) ), _normal ),
                      reflect( toGasState( initial.at( "right" ) ), _normal ),
                      law.gamma, law.pressure_offset )
     {
     }
 
-    GasState state( const Vector<3>& x, Real t ) const override
+    GasState state( const Vector3& x, double t ) const override
     {
-        const Real distance = dot<3>( _normal, x ) - _position;
+        const double distance = dot<3>( _normal, x ) - _position;
         // At the start every point lies infinitely many speeds away.
-        const Real speed =
+        const double speed =
             t > 0 ? distance / t : ( distance < 0 ? -infinity : infinity );
         return reflect( _solution.sample( speed ), _normal );
     }
 
   private:
-    Vector<3> _normal;
-    Real _position;
+    Vector3 _normal;
+    double _position;
     RiemannSolution _solution;
 };
 
@@ -526,7 +528,7 @@ class UniformExact : public ExactSolution
   public:
     explicit UniformExact( const GasState& gas ) : _gas( gas ) {}
 
-    GasState state( const Vector<3>&, Real ) const override { return _gas; }
+    GasState state( const Vector3&, double ) const override { return _gas; }
 
   private:
     GasState _gas;
@@ -538,10 +540,10 @@ class HydrostaticExact : public ExactSolution
   public:
     explicit HydrostaticExact( const Json& initial )
         : _axis( axisVector( initial.at( "axis" ) ) ),
-          _base( initial.at( "position" ).get<Real>() ),
-          _density( initial.at( "density" ).get<Real>() ),
-          _pressure( initial.at( "pressure" ).get<Real>() ),
-          _gravity( initial.at( "gravity" ).get<Real>() )
+          _base( initial.at( "position" ).get<double>() ),
+          _density( initial.at( "density" ).get<double>() ),
+          _pressure( initial.at( "pressure" ).get<double>() ),
+          _gravity( initial.at( "gravity" ).get<double>() )
     {
         if ( !( _density > 0 && _pressure > 0 ) )
             throw std::invalid_argument( "/exact: the hydrostatic entry in "
@@ -549,19 +551,20 @@ class HydrostaticExact : public ExactSolution
                                          "pressure > 0" );
     }
 
-    GasState state( const Vector<3>& x, Real ) const override
+    GasState state( const Vector3& x, double ) const override
     {
-        const Real height = dot<3>( _axis, x ) - _base;
-        const Real ratio = std::exp( _gravity * _density / _pressure * height );
+        const double height = dot<3>( _axis, x ) - _base;
+        const double ratio =
+            std::exp( _gravity * _density / _pressure * height );
         return { _density * ratio, { 0, 0, 0 }, _pressure * ratio };
     }
 
   private:
-    Vector<3> _axis;
-    Real _base;
-    Real _density;
-    Real _pressure;
-    Real _gravity;
+    Vector3 _axis;
+    double _base;
+    double _density;
+    double _pressure;
+    double _gravity;
 };
 
 /*!
@@ -578,17 +581,17 @@ class PistonExact : public ExactSolution
   public:
     PistonExact( const Json& exact, const GasState& gas, const GasLaw& law )
         : _axis( axisVector( exact.at( "axis" ) ) ),
-          _position( exact.at( "position" ).get<Real>() ),
-          _velocity( exact.at( "velocity" ).get<Real>() ),
+          _position( exact.at( "position" ).get<double>() ),
+          _velocity( exact.at( "velocity" ).get<double>() ),
           _solution( mirrored( reflect( gas, _axis ), _velocity ),
                      reflect( gas, _axis ), law.gamma, law.pressure_offset )
     {
     }
 
-    GasState state( const Vector<3>& x, Real t ) const override
+    GasState state( const Vector3& x, double t ) const override
     {
-        const Real distance = dot<3>( _axis, x ) - _position;
-        Real speed = infinity;
+        const double distance = dot<3>( _axis, x ) - _position;
+        double speed = infinity;
         if ( t > 0 )
             speed = distance / t;
         else if ( distance < 0 )
@@ -598,12 +601,12 @@ class PistonExact : public ExactSolution
     }
 
   private:
-    Vector<3> _axis;
-    Real _position;
-    Real _velocity;
+    Vector3 _axis;
+    double _position;
+    double _velocity;
     RiemannSolution _solution;
 
-    static GasState mirrored( GasState gas, Real piston_velocity )
+    static GasState mirrored( GasState gas, double piston_velocity )
     {
         gas.velocity[0] = 2 * piston_velocity - gas.velocity[0];
         return gas;
@@ -619,7 +622,7 @@ class AcousticWaveExact : public ExactSolution
               firstOfType( input, "initial", "acoustic_wave" ),
               gasLaw( input ) ) )
     {
-        const Real end = input.at( "time" ).at( "end" );
+        const double end = input.at( "time" ).at( "end" );
         if ( end > _wave.breakingTime() )
             throw std::invalid_argument(
                 "/exact: the wave breaks at t = " +
@@ -627,7 +630,7 @@ class AcousticWaveExact : public ExactSolution
                 ", before /time/end; lower its amplitude" );
     }
 
-    GasState state( const Vector<3>& x, Real t ) const override
+    GasState state( const Vector3& x, double t ) const override
     {
         return _wave.state( x, t );
     }
@@ -651,14 +654,14 @@ class VortexExact : public ExactSolution
             {
                 const int axis =
                     entry.at( "side" ).get<std::string>().at( 0 ) - 'x';
-                _period[axis] = grid.at( "upper" ).at( axis ).get<Real>() -
-                                grid.at( "lower" ).at( axis ).get<Real>();
+                _period[axis] = grid.at( "upper" ).at( axis ).get<double>() -
+                                grid.at( "lower" ).at( axis ).get<double>();
             }
     }
 
-    GasState state( const Vector<3>& x, Real t ) const override
+    GasState state( const Vector3& x, double t ) const override
     {
-        Vector<3> offset = { 0, 0, 0 };
+        Vector3 offset = { 0, 0, 0 };
         for ( int d = 0; d < 3; ++d )
         {
             offset[d] =
@@ -672,7 +675,7 @@ class VortexExact : public ExactSolution
 
   private:
     IsentropicVortex _vortex;
-    Vector<3> _period = { 0, 0, 0 }; // 0: not periodic
+    Vector3 _period = { 0, 0, 0 }; // 0: not periodic
 };
 
 //! The blast of a point explosion in uniform gas, which may move.
@@ -691,12 +694,12 @@ class SedovExact : public ExactSolution
             throw std::invalid_argument( "/exact: sedov needs an ideal gas" );
     }
 
-    GasState state( const Vector<3>& x, Real t ) const override
+    GasState state( const Vector3& x, double t ) const override
     {
-        Vector<3> n = { 0, 0, 0 };
+        Vector3 n = { 0, 0, 0 };
         for ( int d = 0; d < _dimension; ++d )
             n[d] = x[d] - _center[d] - _ambient.velocity[d] * t;
-        const Real r = std::hypot( n[0], n[1], n[2] );
+        const double r = std::hypot( n[0], n[1], n[2] );
         GasState gas = _ambient;
         if ( !( t > 0 ) || r >= _solution.shockRadius( t ) )
             return gas;
@@ -711,7 +714,7 @@ class SedovExact : public ExactSolution
   private:
     const Json _blast;
     GasState _ambient;
-    Vector<3> _center;
+    Vector3 _center;
     int _dimension;
     SedovSolution _solution;
 
@@ -746,7 +749,7 @@ class NohExact : public ExactSolution
     {
     }
 
-    GasState state( const Vector<3>& x, Real t ) const override
+    GasState state( const Vector3& x, double t ) const override
     {
         return _noh.state( x, t );
     }

@@ -18,17 +18,17 @@ namespace Machpoint
 //! Primitive state of a gas.
 struct GasState
 {
-    Real density;
+    double density;
     //! [3]; components beyond the dimension are 0.
-    Vector<3> velocity;
-    Real pressure;
+    Vector3 velocity;
+    double pressure;
 };
 
 //! Up to three numbers of an input as a vector, zeros behind them; zeros if
 //! null.
-inline Vector<3> toVector3( const Json& json )
+inline Vector3 toVector3( const Json& json )
 {
-    Vector<3> result{};
+    Vector3 result{};
     for ( std::size_t d = 0; d < json.size(); ++d )
         result[d] = json[d];
     return result;
@@ -65,8 +65,8 @@ class RiemannSolution
       \throws std::invalid_argument for states that no such gas has, and if
       both sides are vacuum.
     */
-    RiemannSolution( GasState left, GasState right, Real gamma,
-                     Real pressure_offset = 0 );
+    RiemannSolution( GasState left, GasState right, double gamma,
+                     double pressure_offset = 0 );
 
     /*!
       \brief The state on the ray x / t; infinite values are welcome.
@@ -74,14 +74,14 @@ class RiemannSolution
       Within vacuum the density is 0, the pressure that of a cold gas, and the
       normal velocity x / t, which continues the fan beside it.
     */
-    GasState sample( Real x_over_t ) const;
+    GasState sample( double x_over_t ) const;
 
     //! Pressure between the two waves; that of a cold gas beside vacuum.
-    Real starPressure() const { return _star_pressure - _offset; }
+    double starPressure() const { return _star_pressure - _offset; }
 
     //! Velocity of the contact; beside vacuum that of the gas' front, and the
     //! mean of both fronts where vacuum opens between them.
-    Real starVelocity() const { return _star_velocity; }
+    double starVelocity() const { return _star_velocity; }
 
     //! Is there vacuum, given or generated?
     bool hasVacuum() const { return _has_vacuum; }
@@ -94,7 +94,7 @@ class RiemannSolution
       where vacuum opens the tails are its fronts; a side that is vacuum itself
       has the front of the other one for both.
     */
-    std::array<Real, 5> waveSpeeds() const;
+    std::array<double, 5> waveSpeeds() const;
 
   private:
     //! One side's wave as seen by someone to whom that side lies on the left:
@@ -102,28 +102,28 @@ class RiemannSolution
     struct Side
     {
         GasState gas; // with the shifted pressure
-        Real velocity;
-        Real sound_speed;
+        double velocity;
+        double sound_speed;
         // Density and velocity behind the wave, speeds of the wave.
-        Real star_density;
-        Real star_velocity;
-        Real head;
-        Real tail;
+        double star_density;
+        double star_velocity;
+        double head;
+        double tail;
     };
 
-    Side makeSide( const GasState& gas, Real sign ) const;
-    Real jump( const Side& side, Real pressure ) const;
-    Real jumpDerivative( const Side& side, Real pressure ) const;
-    Real solvePressure() const;
+    Side makeSide( const GasState& gas, double sign ) const;
+    double jump( const Side& side, double pressure ) const;
+    double jumpDerivative( const Side& side, double pressure ) const;
+    double solvePressure() const;
     void closeSide( Side& side ) const;
-    GasState sampleSide( const Side& side, Real speed, Real sign ) const;
+    GasState sampleSide( const Side& side, double speed, double sign ) const;
 
-    Real _gamma;
-    Real _offset;
+    double _gamma;
+    double _offset;
     Side _left;
     Side _right;
-    Real _star_pressure; // shifted
-    Real _star_velocity;
+    double _star_pressure; // shifted
+    double _star_velocity;
     bool _has_vacuum;
 };
 
@@ -131,8 +131,8 @@ class RiemannSolution
 //! is 0 for an ideal gas.
 struct GasLaw
 {
-    Real gamma;
-    Real pressure_offset;
+    double gamma;
+    double pressure_offset;
 };
 
 //! The law of the equation of state in `physics` of a resolved input.
@@ -158,30 +158,30 @@ class AcousticWave
     //! \param position s_0, where a node of the sine stands
     //! \param amplitude A, velocity over sound speed, 0 to 2 / (gamma - 1)
     //! \param wavelength lambda > 0
-    AcousticWave( const GasState& background, const Vector<3>& direction,
-                  Real position, Real amplitude, Real wavelength,
+    AcousticWave( const GasState& background, const Vector3& direction,
+                  double position, double amplitude, double wavelength,
                   const GasLaw& law );
 
     //! \param t from 0 to breakingTime()
-    GasState state( const Vector<3>& x, Real t ) const;
+    GasState state( const Vector3& x, double t ) const;
 
     //! d/ds of the velocity along the direction at t = 0, s = n . x.
-    Real initialSlope( const Vector<3>& x ) const;
+    double initialSlope( const Vector3& x ) const;
 
     //! When characteristics first meet.
-    Real breakingTime() const;
+    double breakingTime() const;
 
     //! The unit vector along which it runs.
-    const Vector<3>& direction() const { return _direction; }
+    const Vector3& direction() const { return _direction; }
 
   private:
     GasState _background;
-    Vector<3> _direction;
-    Real _position;
-    Real _amplitude;
-    Real _wave_number;
+    Vector3 _direction;
+    double _position;
+    double _amplitude;
+    double _wave_number;
     GasLaw _law;
-    Real _sound_speed; // of the background
+    double _sound_speed; // of the background
 };
 
 /*!
@@ -203,26 +203,26 @@ class IsentropicVortex
     //! \param strength S, a velocity
     //! \param radius R > 0
     //! \throws std::invalid_argument if the centre would be colder than cold
-    IsentropicVortex( const GasState& stream, const Vector<3>& center,
-                      Real strength, Real radius, const GasLaw& law );
+    IsentropicVortex( const GasState& stream, const Vector3& center,
+                      double strength, double radius, const GasLaw& law );
 
     //! \param offset x - x_c [3] from the centre at that time
-    GasState stateAt( const Vector<3>& offset ) const;
+    GasState stateAt( const Vector3& offset ) const;
 
     //! d v_a / d x_b [2][2] at an offset from the centre.
-    std::array<std::array<Real, 2>, 2>
-    gradientAt( const Vector<3>& offset ) const;
+    std::array<std::array<double, 2>, 2>
+    gradientAt( const Vector3& offset ) const;
 
     //! The centre at t = 0.
-    const Vector<3>& center() const { return _center; }
+    const Vector3& center() const { return _center; }
     //! The gas far away.
     const GasState& stream() const { return _stream; }
 
   private:
     GasState _stream;
-    Vector<3> _center;
-    Real _strength;
-    Real _radius;
+    Vector3 _center;
+    double _strength;
+    double _radius;
     GasLaw _law;
 };
 
@@ -244,21 +244,21 @@ class NohSolution
     //! \param dimension D: 1 planar, 2 cylindrical, 3 spherical
     //! \param center where the gas falls to [3]
     //! \param density, speed, pressure of the gas at t = 0
-    NohSolution( int dimension, const Vector<3>& center, Real density,
-                 Real speed, Real pressure, Real gamma );
+    NohSolution( int dimension, const Vector3& center, double density,
+                 double speed, double pressure, double gamma );
 
-    GasState state( const Vector<3>& x, Real t ) const;
+    GasState state( const Vector3& x, double t ) const;
 
     //! Unit vector away from the centre, 0 there, and the distance.
-    std::pair<Vector<3>, Real> radial( const Vector<3>& x ) const;
+    std::pair<Vector3, double> radial( const Vector3& x ) const;
 
   private:
     int _dimension;
-    Vector<3> _center;
-    Real _density;
-    Real _speed;
-    Real _pressure;
-    Real _gamma;
+    Vector3 _center;
+    double _density;
+    double _speed;
+    double _pressure;
+    double _gamma;
 };
 
 //! \name The solutions that entries of `initial` describe
@@ -281,7 +281,7 @@ class ExactSolution
       \param x Position [3]; components beyond the dimension are ignored.
       \param t Time, >= 0.
     */
-    virtual GasState state( const Vector<3>& x, Real t ) const = 0;
+    virtual GasState state( const Vector3& x, double t ) const = 0;
 };
 
 /*!

@@ -48,10 +48,11 @@ KOKKOS_INLINE_FUNCTION FaultKind kindOfFault( const Vector<Dim>& moved,
                                               const Real energy,
                                               const Real least )
 {
-    bool finite = Kokkos::abs( energy ) < 1e300 && volume < 1e300;
+    bool finite =
+        Kokkos::abs( energy ) < largest_quantity && volume < largest_quantity;
     for ( int d = 0; d < Dim; ++d )
-        finite = finite && Kokkos::abs( moved[d] ) < 1e300 &&
-                 Kokkos::abs( v[d] ) < 1e150;
+        finite = finite && Kokkos::abs( moved[d] ) < largest_quantity &&
+                 Kokkos::abs( v[d] ) < largest_speed;
     if ( !finite )
         return FaultKind::not_finite;
     if ( !( volume > 0 ) )

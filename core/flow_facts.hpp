@@ -25,10 +25,10 @@ namespace Machpoint
 */
 struct FlowFacts
 {
-    Json input;           //!< resolved
-    int effects = 0;      //!< entries of `physics` less the equation of state
-    Vector<3> extent{};   //!< of the domain, 0 beyond its dimension, length
-    Real least_speed = 0; //!< of |v| + c, c the speed of sound, length/time
+    Json input;             //!< resolved
+    int effects = 0;        //!< entries of `physics` less the equation of state
+    Vector3 extent{};       //!< of the domain, 0 beyond its dimension, length
+    double least_speed = 0; //!< of |v| + c, c the speed of sound, length/time
     //! Is the gas in one state everywhere, and will nothing but an effect
     //! disturb it?
     bool is_undisturbed = false;

@@ -96,17 +96,21 @@ struct CellBox
     //! Number of a position's cell within the box, x fastest; of positions
     //! beyond, that of the nearest cell. \param x [Dim]
     template <class Number = Real>
-    KOKKOS_INLINE_FUNCTION Number
+    KOKKOS_INLINE_FUNCTION Bases<Number>
     flatCell( const Grid<Dim>& grid, const VectorOf<Dim, Number>& x ) const
     {
-        Number flat( 0.0 );
-        for ( int d = Dim - 1; d >= 0; --d )
+        Bases<Number> flat{};
+        int stride = 1;
+        for ( int d = 0; d < Dim; ++d )
         {
             const Number place = ( x[d] - grid.lower[d] ) * grid.inverse[d];
             const Number last( static_cast<Real>( cells( d ) - 1 ) );
-            flat = flat * static_cast<Real>( cells( d ) ) +
-                   clip( Number( Kokkos::floor( place ) - begin[d] ),
-                         Number( 0.0 ), last );
+            advance( flat,
+                     clip( Number( Kokkos::floor( place ) -
+                                   static_cast<Real>( begin[d] ) ),
+                           Number( 0.0 ), last ),
+                     stride );
+            stride *= cells( d );
         }
         return flat;
     }
@@ -183,7 +187,8 @@ struct NodeLayout
             extent[d] = box.cells( d ) + vertex + 2 * halo[d];
             stride[d] = total;
             total *= extent[d];
-            first[d] = grid.lower[d] + ( centred ? 0.5 * spacing[d] : 0.0 );
+            first[d] =
+                grid.lower[d] + ( centred ? 0.5_rt * spacing[d] : 0.0_rt );
         }
     }
 

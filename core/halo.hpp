@@ -124,7 +124,7 @@ struct NodeWeights
                     t = t * layout.extent[b] + i[b] - layout.lowest( b );
             const auto kind = kinds[2 * d + ( i[d] == 0 ? 0 : 1 )]( t );
             if ( kind != SideKind::periodic )
-                share *= 0.5;
+                share *= 0.5_rt;
             else if ( i[d] == last )
                 share = 0;
         }

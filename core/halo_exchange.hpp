@@ -221,8 +221,8 @@ class HaloExchange
                const int rank, const int tag )
     {
         _requests.emplace_back();
-        call( buffer.data(), n, MPI_DOUBLE, rank, tag, _comm.handle(),
-              &_requests.back() );
+        call( buffer.data(), n, is_single ? MPI_FLOAT : MPI_DOUBLE, rank, tag,
+              _comm.handle(), &_requests.back() );
     }
 
     std::vector<MPI_Request> _requests;

@@ -109,16 +109,13 @@ hid_t nativeType( const Dataset::Type type )
     {
     case Dataset::Type::real:
         return H5T_NATIVE_DOUBLE;
+    case Dataset::Type::single:
+        return H5T_NATIVE_FLOAT;
     case Dataset::Type::integer:
         return H5T_NATIVE_INT64;
     default:
         return H5T_NATIVE_UINT8;
     }
-}
-
-std::size_t elementSize( const Dataset::Type type )
-{
-    return type == Dataset::Type::byte ? 1 : sizeof( double );
 }
 
 hid_t makeSpace( const std::vector<std::size_t>& shape )
@@ -497,12 +494,13 @@ namespace
                                 file.string(), reason ) );
 }
 
-//! Is what is stored of this type?
+//! Is what is stored of this type, or a real of another precision?
 bool fits( const hid_t stored, const Dataset::Type type )
 {
     const auto native = nativeType( type );
     return H5Tget_class( stored ) == H5Tget_class( native ) &&
-           H5Tget_size( stored ) == H5Tget_size( native );
+           ( H5Tget_class( native ) == H5T_FLOAT ||
+             H5Tget_size( stored ) == H5Tget_size( native ) );
 }
 
 } // namespace

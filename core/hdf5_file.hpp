@@ -26,10 +26,12 @@ namespace Machpoint
 */
 struct Dataset
 {
-    //! What the elements are: `double`, `std::int64_t`, `unsigned char`.
+    //! What the elements are: `double`, `float`, `std::int64_t`, `unsigned
+    //! char`.
     enum class Type
     {
         real,
+        single,
         integer,
         byte
     };
@@ -56,12 +58,22 @@ struct Dataset
     }
 };
 
+//! Bytes of an element.
+constexpr std::size_t elementSize( const Dataset::Type type )
+{
+    return type == Dataset::Type::byte     ? 1
+           : type == Dataset::Type::single ? sizeof( float )
+                                           : sizeof( double );
+}
+
 //! The type of an array of T.
 template <class T>
 constexpr Dataset::Type datasetType()
 {
     if constexpr ( std::is_same_v<T, double> )
         return Dataset::Type::real;
+    else if constexpr ( std::is_same_v<T, float> )
+        return Dataset::Type::single;
     else if constexpr ( std::is_same_v<T, std::int64_t> )
         return Dataset::Type::integer;
     else
@@ -115,8 +127,8 @@ void writeHdf5(
   \brief Reads a file of named arrays. Not collective: a rank reads what it
   wants, and together() shares its failure with the others.
 
-  All members throw IoError: where there is no such file, dataset or attribute,
-  or one of another type or shape.
+  Reals become those that are asked for. All members throw IoError: where there
+  is no such file, dataset or attribute, or one of another type or shape.
 */
 class Hdf5Reader
 {

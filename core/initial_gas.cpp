@@ -59,7 +59,7 @@ InitialGas<Dim>::InitialGas( const Json& input )
 template <int Dim>
 GasState InitialGas<Dim>::at( const Vector<Dim>& x, Gradient& gradient ) const
 {
-    Vector<3> place{};
+    Vector3 place{};
     for ( int d = 0; d < Dim; ++d )
         place[d] = x[d];
     GasState gas{};

@@ -11,6 +11,7 @@
 #ifndef MACHPOINT_LANES_HPP
 #define MACHPOINT_LANES_HPP
 
+#include <core/avx512.hpp>
 #include <core/types.hpp>
 
 #include <cassert>
@@ -37,7 +38,10 @@ using VectorOf = Kokkos::Array<Number, Dim>;
 #if KOKKOS_VERSION_LESS( 4, 7, 0 )
 using Lanes = Kokkos::Experimental::native_simd<Real>;
 #else
-using Lanes = Kokkos::Experimental::simd<Real>;
+// A whole register; Kokkos' own choice for a float is half of one.
+using Lanes = Kokkos::Experimental::simd<
+    Real, static_cast<int>( Kokkos::Experimental::simd<double>::size() *
+                            ( sizeof( double ) / sizeof( Real ) ) )>;
 #endif
 //! A truth value of each particle of a pack.
 using LaneMask = typename Lanes::mask_type;
@@ -242,95 +246,59 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Lanes& value,
                  sizeof( Lanes ) );
 }
 
+//! Node rows of a pack, from a column on.
+inline const Real* columnsFrom( const NodeView& nodes, const LaneRows& rows,
+                                const int first )
+{
+    return nodes.data() +
+           static_cast<std::size_t>( rows.shift ) * nodes.stride( 0 ) + first;
+}
+
 KOKKOS_FORCEINLINE_FUNCTION Lanes at( const NodeView& nodes,
                                       const LaneRows& rows, const int c )
 {
     const std::size_t columns = nodes.stride( 0 );
-    const Real* const first =
-        nodes.data() + static_cast<std::size_t>( rows.shift ) * columns + c;
-#if defined( __AVX512F__ )
-    if constexpr ( lane_count == 8 )
-    {
-        const __m512i offset = _mm512_mullo_epi64(
-            _mm512_cvtepi32_epi64( _mm256_loadu_si256(
-                reinterpret_cast<const __m256i*>( rows.row ) ) ),
-            _mm512_set1_epi64( static_cast<long long>( columns ) ) );
-        return Lanes( _mm512_i64gather_pd( offset, first, sizeof( Real ) ) );
-    }
-#endif
+    const Real* const first = columnsFrom( nodes, rows, c );
+#ifdef MACHPOINT_HAS_AVX512
+    return Lanes( Avx512::gather( first, rows.row, columns ) );
+#else
     return Lanes( [&]( const auto l )
                   { return first[rows.row[l] * columns]; } );
+#endif
 }
 
-//! K columns of the nodes from the first on: four or two at a time are read as
-//! rows and turned into registers of one column, which takes half as long as
-//! collecting them.
+//! K columns of the nodes from the first on, four or two at a time where the
+//! processor can.
 template <std::size_t K>
 KOKKOS_FORCEINLINE_FUNCTION void
 loadRow( const NodeView& nodes, const LaneRows& rows, Lanes ( &values )[K],
          const int first = 0 )
 {
-    std::size_t done = 0;
-#if defined( __AVX512F__ )
-    if constexpr ( lane_count == 8 )
+#ifdef MACHPOINT_HAS_AVX512
+    using Register = decltype( Avx512::gather( nodes.data(), rows.row, 0 ) );
+    const std::size_t columns = nodes.stride( 0 );
+    const Real* const start = columnsFrom( nodes, rows, first );
+    constexpr std::size_t whole = K / 4 * 4;
+    for ( std::size_t done = 0; done < whole; done += 4 )
     {
-        const std::size_t columns = nodes.stride( 0 );
-        const Real* const start =
-            nodes.data() + static_cast<std::size_t>( rows.shift ) * columns +
-            first;
-        const __m512i lower = _mm512_setr_epi64( 0, 1, 8, 9, 4, 5, 12, 13 );
-        const __m512i upper = _mm512_setr_epi64( 2, 3, 10, 11, 6, 7, 14, 15 );
-        for ( ; done + 4 <= K; done += 4 )
-        {
-            // Four columns of lanes l and l + 4.
-            auto pair = [&]( const int l )
-            {
-                return _mm512_insertf64x4(
-                    _mm512_castpd256_pd512( _mm256_loadu_pd(
-                        start + done + rows.row[l] * columns ) ),
-                    _mm256_loadu_pd( start + done + rows.row[l + 4] * columns ),
-                    1 );
-            };
-            const __m512d a = pair( 0 ), b = pair( 1 ), c = pair( 2 ),
-                          d = pair( 3 );
-            const __m512d ab_even = _mm512_unpacklo_pd( a, b );
-            const __m512d ab_odd = _mm512_unpackhi_pd( a, b );
-            const __m512d cd_even = _mm512_unpacklo_pd( c, d );
-            const __m512d cd_odd = _mm512_unpackhi_pd( c, d );
-            values[done] =
-                Lanes( _mm512_permutex2var_pd( ab_even, lower, cd_even ) );
-            values[done + 1] =
-                Lanes( _mm512_permutex2var_pd( ab_odd, lower, cd_odd ) );
-            values[done + 2] =
-                Lanes( _mm512_permutex2var_pd( ab_even, upper, cd_even ) );
-            values[done + 3] =
-                Lanes( _mm512_permutex2var_pd( ab_odd, upper, cd_odd ) );
-        }
-        if ( done + 2 <= K )
-        {
-            // Two columns of lanes l, l + 2, l + 4 and l + 6.
-            auto half = [&]( const int l )
-            {
-                return _mm256_insertf128_pd(
-                    _mm256_castpd128_pd256(
-                        _mm_loadu_pd( start + done + rows.row[l] * columns ) ),
-                    _mm_loadu_pd( start + done + rows.row[l + 2] * columns ),
-                    1 );
-            };
-            auto whole = [&]( const int l )
-            {
-                return _mm512_insertf64x4( _mm512_castpd256_pd512( half( l ) ),
-                                           half( l + 4 ), 1 );
-            };
-            const __m512d even = whole( 0 ), odd = whole( 1 );
-            values[done] = Lanes( _mm512_unpacklo_pd( even, odd ) );
-            values[done + 1] = Lanes( _mm512_unpackhi_pd( even, odd ) );
-            done += 2;
-        }
+        Register four[4];
+        Avx512::loadColumns( start + done, rows.row, columns, four );
+        for ( std::size_t c = 0; c < 4; ++c )
+            values[done + c] = Lanes( four[c] );
     }
+    if constexpr ( K - whole >= 2 )
+    {
+        Register two[2];
+        Avx512::loadColumns( start + whole, rows.row, columns, two );
+        values[whole] = Lanes( two[0] );
+        values[whole + 1] = Lanes( two[1] );
+    }
+    constexpr std::size_t done = K / 2 * 2;
+#else
+    constexpr std::size_t done = 0;
 #endif
-    for ( ; done < K; ++done )
-        values[done] = at( nodes, rows, first + static_cast<int>( done ) );
+    for ( std::size_t c = done; c < K; ++c )
+        values[c] = at( nodes, rows, first + static_cast<int>( c ) );
 }
 
 //! Rows of stencils, one of each lane.
@@ -357,10 +325,11 @@ struct BasesOf
 template <class Number>
 using Bases = typename BasesOf<Number>::type;
 
-//! From whole numbers.
-KOKKOS_FORCEINLINE_FUNCTION int toBases( const Real rows )
+//! Moves on by whole numbers of rows that are `stride` apart.
+KOKKOS_FORCEINLINE_FUNCTION void advance( int& base, const Real steps,
+                                          const int stride )
 {
-    return static_cast<int>( rows );
+    base += static_cast<int>( steps ) * stride;
 }
 #ifdef MACHPOINT_HAS_LANES
 template <>
@@ -368,14 +337,13 @@ struct BasesOf<Lanes>
 {
     using type = LaneBases;
 };
-KOKKOS_FORCEINLINE_FUNCTION LaneBases toBases( const Lanes& rows )
+KOKKOS_FORCEINLINE_FUNCTION void advance( LaneBases& bases, const Lanes& steps,
+                                          const int stride )
 {
     Real values[lane_count];
-    std::memcpy( values, static_cast<const void*>( &rows ), sizeof( Lanes ) );
-    LaneBases bases;
+    std::memcpy( values, static_cast<const void*>( &steps ), sizeof( Lanes ) );
     for ( int l = 0; l < lane_count; ++l )
-        bases.row[l] = static_cast<int>( values[l] );
-    return bases;
+        bases.row[l] += static_cast<int>( values[l] ) * stride;
 }
 #endif
 //! A node's row in a kernel.
@@ -410,6 +378,10 @@ inline Real lane( const Lanes& x, const int l )
 inline bool lane( const LaneMask& mask, const int l )
 {
     return mask[l];
+}
+inline int lane( const LaneBases& base, const int l )
+{
+    return base.row[l];
 }
 #else
 KOKKOS_FORCEINLINE_FUNCTION bool active( const Pack )

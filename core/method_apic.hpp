@@ -117,7 +117,7 @@ void gridToParticlesApic( const State<Dim>& state )
                     for ( int a = 0; a < Dim; ++a )
                     {
                         change[a] += line.weight * steps[a];
-                        D += 0.5 * line.gradient[a] * twice_means[a];
+                        D += 0.5_rt * line.gradient[a] * twice_means[a];
                         for ( int b = 0; b < Dim; ++b )
                             fit[a][b] +=
                                 line.fit[b] * ( b == 0 ? fits[a] : steps[a] );
@@ -162,7 +162,7 @@ void gridToParticlesApic( const State<Dim>& state )
             const Lanes residual =
                 Kokkos::max( squares - affine, Lanes( 0.0 ) );
             const Lanes loss =
-                0.5 * ( mixing + residual + affine - affine_new );
+                0.5_rt * ( mixing + residual + affine - affine_new );
             const Lanes old_V = load( V, p );
             const Lanes old_e = load( e, p );
             const Lanes work = load( pressure, p ) * old_V / load( m, p ) * D;
@@ -221,7 +221,7 @@ struct Apic : MethodDefaults
     KOKKOS_INLINE_FUNCTION static Real affineEnergy( const Real f,
                                                      const Real h )
     {
-        return 0.5 * Basis::moment( f ) * h * h;
+        return 0.5_rt * Basis::moment( f ) * h * h;
     }
 };
 

@@ -267,7 +267,7 @@ struct Conservative : MethodDefaults
     KOKKOS_INLINE_FUNCTION static Real affineEnergy( const Real f,
                                                      const Real h )
     {
-        return 0.5 * Basis::moment( f ) * h * h;
+        return 0.5_rt * Basis::moment( f ) * h * h;
     }
 
   private:

@@ -19,9 +19,14 @@
 namespace Machpoint
 {
 
-//! Numbers that a particle has in an AoSoA; all, ids too, take 8 bytes.
+//! What records are made of: as much as an id, of 8 bytes.
+using Word = std::int64_t;
+
+//! Words that a particle's members in an AoSoA take.
 template <class AoSoA>
-constexpr int words_of = sizeof( typename AoSoA::tuple_type ) / sizeof( Real );
+constexpr int words_of = ( sizeof( typename AoSoA::tuple_type ) +
+                           sizeof( Word ) - 1 ) /
+                         sizeof( Word );
 
 #ifdef MACHPOINT_ENABLE_MPI
 /*!
@@ -35,7 +40,7 @@ class Migration
 {
   public:
     //! Collective. \param ranks [leavers] target of each; negative: none
-    //! \param words numbers of a record, of all AoSoAs
+    //! \param words of a record, of all AoSoAs
     Migration( const Communicator& comm, const IndexList& ranks,
                const int words )
         : _plan( comm.handle(), ranks ), _words( words ),
@@ -95,7 +100,7 @@ class Migration
     // Public only because nvcc wants the types of a device lambda to be
     // accessible.
 
-    using Records = Kokkos::View<Real*, MemorySpace>;
+    using Records = Kokkos::View<Word*, MemorySpace>;
 
     //! The members of one AoSoA in all records.
     template <class Tuple>
@@ -124,17 +129,17 @@ class Migration
     template <class AoSoA>
     auto next( const Records& records )
     {
-        static_assert( sizeof( typename AoSoA::tuple_type ) % sizeof( Real ) ==
-                       0 );
+        static_assert( alignof( typename AoSoA::tuple_type ) <=
+                       alignof( Word ) );
         const int first = _packed;
         _packed += words_of<AoSoA>;
         return Part<typename AoSoA::tuple_type>{ records, first, _words };
     }
 
-    void send( const Real* out, Real* in ) const
+    void send( const Word* out, Word* in ) const
     {
         MPI_Datatype record;
-        MPI_Type_contiguous( _words, MPI_DOUBLE, &record );
+        MPI_Type_contiguous( _words, MPI_INT64_T, &record );
         MPI_Type_commit( &record );
         // Arrivals stand in the order of the ranks they come from, whatever
         // that of the plan is (an installed Cabana's depends on whose message
@@ -167,7 +172,7 @@ class Migration
                      MPI_STATUSES_IGNORE );
         MPI_Type_free( &record );
         Traffic::own().migrated_bytes += static_cast<std::int64_t>(
-            _plan.totalNumExport() * _words * sizeof( Real ) );
+            _plan.totalNumExport() * _words * sizeof( Word ) );
     }
 
     Cabana::Distributor<MemorySpace> _plan;

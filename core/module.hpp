@@ -73,9 +73,9 @@ struct State
     Placement placement = Placement::lattice;
     int per_cell = 1;          //!< particles per cell
     std::uint64_t seed = 1;    //!< of all random draws
-    Real time = 0;             //!< at the start of the step
-    Real dt = 0;               //!< of the step, before it of the last one
-    Real cfl = 0;              //!< Courant number
+    double time = 0;           //!< at the start of the step
+    double dt = 0;             //!< of the step, before it of the last one
+    double cfl = 0;            //!< Courant number
     bool reproducible = false; //!< sums have the same bits on any ranks
     Real least_energy = 0;     //!< per mass, that a step may leave
     //! Not 0: a step has left a particle that may not be sound; see Watch.
@@ -116,14 +116,14 @@ struct SideClaim
 //! ranks.
 struct Series
 {
-    std::string name;                    //!< file name without suffix
-    std::vector<std::string> columns;    //!< first is time
-    std::vector<std::vector<Real>> rows; //!< [steps][columns]
+    std::string name;                      //!< file name without suffix
+    std::vector<std::string> columns;      //!< first is time
+    std::vector<std::vector<double>> rows; //!< [steps][columns]
 
     //! Writes the rows, or reads them.
     void checkpoint( Archive& archive )
     {
-        std::vector<Real> values;
+        std::vector<double> values;
         for ( const auto& row : rows )
             values.insert( values.end(), row.begin(), row.end() );
         archive.table( "series", values, columns.size() );

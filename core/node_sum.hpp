@@ -224,14 +224,15 @@ namespace Impl
 {
 //! Registers as the compiler knows them.
 using LaneVector __attribute__( ( vector_size( sizeof( Lanes ) ) ) ) = Real;
+using LaneInteger = std::conditional_t<is_single, std::int32_t, std::int64_t>;
 using LaneIndex __attribute__( ( vector_size( sizeof( Lanes ) ) ) ) =
-    std::int64_t;
+    LaneInteger;
 
 //! Numbers that addColumns adds to a node at once; 1: one by one.
 constexpr int rowWidth( const std::size_t columns )
 {
     const int width = columns < 3 ? 1 : columns < 5 ? 4 : columns < 9 ? 8 : 1;
-    return lane_count == 8 || lane_count == width ? width : 1;
+    return lane_count % width == 0 ? width : 1;
 }
 
 //! Swaps blocks of Size numbers off the diagonal of two rows of a matrix.
@@ -500,8 +501,8 @@ class NodeSum
         kernels( rounded );
         const auto host = Kokkos::create_mirror_view_and_copy(
             Kokkos::HostSpace(), rounded.largest );
-        const auto most =
-            _comm.max( std::vector( host.data(), host.data() + host.size() ) );
+        const auto most = _comm.max(
+            std::vector<double>( host.data(), host.data() + host.size() ) );
         rounded.largest = {};
         for ( std::size_t c = 0; c < most_columns; ++c )
             rounded.setRounding( c, most[c] );

@@ -120,13 +120,20 @@ std::string join( const std::vector<std::size_t>& extents )
     return fmt::format( "{}", fmt::join( extents, " " ) );
 }
 
+bool isReal( const Dataset& dataset )
+{
+    return dataset.type == Dataset::Type::real ||
+           dataset.type == Dataset::Type::single;
+}
+
 std::string xdmfItem( const std::string& file, const Dataset& dataset,
                       const std::vector<std::size_t>& extents )
 {
     return fmt::format( R"(<DataItem Format="HDF" NumberType="{}" )"
-                        R"(Precision="8" Dimensions="{}">{}:/{}</DataItem>)",
-                        dataset.type == Dataset::Type::real ? "Float" : "Int",
-                        join( extents ), file, dataset.name );
+                        R"(Precision="{}" Dimensions="{}">{}:/{}</DataItem>)",
+                        isReal( dataset ) ? "Float" : "Int",
+                        elementSize( dataset.type ), join( extents ), file,
+                        dataset.name );
 }
 
 std::string xdmfAttribute( const std::string& file, const Dataset& dataset,
@@ -237,8 +244,7 @@ void OutputDirectory::writeParticles( std::int64_t step, double time,
         std::find_if( datasets.begin(), datasets.end(),
                       []( const auto& d ) { return d.name == "position"; } );
     require( position != datasets.end() && position->shape.size() == 2 &&
-                 position->shape[1] == dim &&
-                 position->type == Dataset::Type::real,
+                 position->shape[1] == dim && isReal( *position ),
              "particles need a real dataset position [n][Dim]" );
     const auto own = position->shape[0];
     for ( const auto& dataset : datasets )
@@ -250,15 +256,18 @@ void OutputDirectory::writeParticles( std::int64_t step, double time,
     const auto whole = stackRows( _ranks, datasets );
     auto written = whole;
     auto points = whole[position - datasets.begin()];
-    std::vector<double> padded;
+    std::vector<char> padded; // with a second component, 0
     if ( dim == 1 )
     {
-        padded.resize( 2 * own, 0.0 );
-        const auto* x = static_cast<const double*>( position->data );
+        const auto size = elementSize( position->type );
+        padded.resize( 2 * own * size, 0 );
+        const auto* x = static_cast<const char*>( position->data );
         for ( std::size_t p = 0; p < own; ++p )
-            padded[2 * p] = x[p];
-        points = stackRows(
-            _ranks, { { "xdmf/position", { own, 2 }, padded.data() } } )[0];
+            std::copy_n( x + p * size, size, &padded[2 * p * size] );
+        points = stackRows( _ranks, { { "xdmf/position",
+                                        { own, 2 },
+                                        padded.data(),
+                                        position->type } } )[0];
         written.push_back( points );
     }
     writeStep( "particles", step, time, {}, written );

@@ -16,6 +16,7 @@
 
 #include <Cabana_Core.hpp>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,6 +24,13 @@
 
 namespace Machpoint
 {
+
+//! Particles in tiles as long as Cabana's, or as a register of a CPU.
+template <class Members, class Space = MemorySpace>
+using ParticleArray =
+    Cabana::AoSoA<Members, Space,
+                  std::max( lane_count,
+                            Cabana::AoSoA<Members, Space>::vector_length )>;
 
 //! What a step advances: a particle has an old value and a new one, so that a
 //! step can be repeated.
@@ -84,8 +92,8 @@ auto sliceOf( const Advanced& advanced, const Lasting& lasting )
 template <int Dim>
 struct HostParticles
 {
-    Cabana::AoSoA<AdvancedMembers<Dim>, Kokkos::HostSpace> advanced;
-    Cabana::AoSoA<LastingMembers, Kokkos::HostSpace> lasting;
+    ParticleArray<AdvancedMembers<Dim>, Kokkos::HostSpace> advanced;
+    ParticleArray<LastingMembers, Kokkos::HostSpace> lasting;
 
     std::size_t size() const { return advanced.size(); }
     //! Those that stay keep their data; new ones are not set.
@@ -285,11 +293,10 @@ void permuteMembers( const ParticleBins& bins, const AoSoA& aosoa,
 //! Reorders particles by way of scratch memory: at once if it holds them all,
 //! else number by number, which takes twice as long.
 template <class Members>
-void permute( const ParticleBins& bins,
-              const Cabana::AoSoA<Members, MemorySpace>& aosoa,
+void permute( const ParticleBins& bins, const ParticleArray<Members>& aosoa,
               const Scratch& scratch )
 {
-    using aosoa_type = Cabana::AoSoA<Members, MemorySpace>;
+    using aosoa_type = ParticleArray<Members>;
     using soa_type = typename aosoa_type::soa_type;
     using Ordered =
         Cabana::AoSoA<Members, MemorySpace, aosoa_type::vector_length,
@@ -386,7 +393,7 @@ void storeMember( const AoSoA& aosoa, const std::size_t first,
 //! Writes member M of all particles, or reads it; the first makes room.
 template <std::size_t M, class Members>
 void checkpointMember( Archive& archive, const std::string& name,
-                       Cabana::AoSoA<Members, MemorySpace>& aosoa )
+                       ParticleArray<Members>& aosoa )
 {
     using Type = typename Cabana::MemberTypeAtIndex<M, Members>::type;
     using Value = std::remove_all_extents_t<Type>;
@@ -415,7 +422,7 @@ void checkpointMember( Archive& archive, const std::string& name,
 
 template <class Members, std::size_t... M>
 void checkpointMembers( Archive& archive, const char* const* names,
-                        Cabana::AoSoA<Members, MemorySpace>& aosoa,
+                        ParticleArray<Members>& aosoa,
                         std::index_sequence<M...> )
 {
     ( checkpointMember<M>( archive, names ? names[M] : std::to_string( M ),
@@ -427,7 +434,7 @@ void checkpointMembers( Archive& archive, const char* const* names,
 //! \param names of the members; null: they are numbered
 template <class Members>
 void checkpointMembers( Archive& archive, const char* const* names,
-                        Cabana::AoSoA<Members, MemorySpace>& aosoa )
+                        ParticleArray<Members>& aosoa )
 {
     checkpointMembers( archive, names, aosoa,
                        std::make_index_sequence<Members::size>{} );
@@ -448,7 +455,7 @@ template <class Members>
 class Sidecar : public SidecarBase
 {
   public:
-    using aosoa_type = Cabana::AoSoA<Members, MemorySpace>;
+    using aosoa_type = ParticleArray<Members>;
 
     //! \param label what the memory is called in a profile
     //! \param names of the members in a checkpoint; null: numbers below label
@@ -572,7 +579,7 @@ template <int Dim>
 class Particles
 {
   public:
-    using aosoa_type = Cabana::AoSoA<AdvancedMembers<Dim>, MemorySpace>;
+    using aosoa_type = ParticleArray<AdvancedMembers<Dim>>;
 
     Particles()
         : _aosoa( "Machpoint::particles" ), _other( "Machpoint::otherState" ),

@@ -50,7 +50,7 @@ placeInCell( const Placement placement, const int q, const std::uint64_t seed,
     {
         const Real draw =
             placement == Placement::lattice
-                ? 0.5
+                ? 0.5_rt
                 : uniformRandom( seed, cell,
                                  static_cast<std::uint64_t>( number ) * Dim +
                                      d );

@@ -17,10 +17,10 @@ template <class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number exponential( const Number& x )
 {
     // Taylor's polynomial of exp(x / 16), and its 16th power.
-    const Number t = 0.0625 * clip( x, Number( -5.0 ), Number( 5.0 ) );
-    Number sum = 1 + t * ( 1.0 / 8 );
+    const Number t = 0.0625_rt * clip( x, Number( -5.0 ), Number( 5.0 ) );
+    Number sum = 1 + t * ( 1.0_rt / 8 );
     for ( int k = 7; k > 0; --k )
-        sum = 1 + t * sum * ( 1.0 / k );
+        sum = 1 + t * sum * ( 1.0_rt / k );
     const Number second = sum * sum;
     const Number fourth = second * second;
     const Number eighth = fourth * fourth;
@@ -35,9 +35,9 @@ KOKKOS_FORCEINLINE_FUNCTION Number logarithm( const Number& x )
     const Number r = Kokkos::sqrt( Number( Kokkos::sqrt( x ) ) );
     const Number s = ( r - 1 ) / ( r + 1 );
     const Number square = s * s;
-    Number sum( 1.0 / 15 );
+    Number sum( 1.0_rt / 15 );
     for ( int k = 13; k > 0; k -= 2 )
-        sum = 1.0 / k + square * sum;
+        sum = 1.0_rt / k + square * sum;
     return 8 * s * sum;
 }
 

@@ -16,7 +16,7 @@ std::string percent( const Json& relative )
 {
     return relative.is_null()
                ? "-"
-               : fmt::format( "{:.3g} %", 100 * relative.get<Real>() );
+               : fmt::format( "{:.3g} %", 100 * relative.get<double>() );
 }
 
 std::string formatEstimate( const Json& estimate )
@@ -34,12 +34,12 @@ std::string formatEstimate( const Json& estimate )
     for ( const auto& [field, e] : estimate.at( "fields" ).items() )
         text += fmt::format(
             "    {:<24} {:>12.4e} {:>12} {:>12}\n", field,
-            e.at( "L1" ).get<Real>(), percent( e.at( "relative" ) ),
+            e.at( "L1" ).get<double>(), percent( e.at( "relative" ) ),
             e.at( "order" ).is_null() ? "-"
             : e.at( "observed_order" ).is_null()
-                ? fmt::format( "{:g} assumed", e.at( "order" ).get<Real>() )
+                ? fmt::format( "{:g} assumed", e.at( "order" ).get<double>() )
                 : fmt::format( "{:.2f}",
-                               e.at( "observed_order" ).get<Real>() ) );
+                               e.at( "observed_order" ).get<double>() ) );
     return text;
 }
 
@@ -52,7 +52,7 @@ Json makePrice( const Json& summary )
          e.is_object() && e.contains( "fields" ) )
         estimate = &e.at( "fields" ).at( "density" );
     const bool is_exact = !summary.at( "errors" ).empty();
-    const Real wall = summary.at( "wall_seconds" );
+    const double wall = summary.at( "wall_seconds" );
     Json price = { { "seconds", wall },
                    { "error", nullptr },
                    { "relative_error", nullptr },
@@ -62,10 +62,11 @@ Json makePrice( const Json& summary )
                    { "half_error_seconds", nullptr } };
     if ( is_exact )
     {
-        const Real error = summary.at( "errors" ).at( "density" ).at( "L1" );
+        const double error = summary.at( "errors" ).at( "density" ).at( "L1" );
         price["error"] = error;
         price["relative_error"] =
-            error / summary.at( "conservation" ).at( "final_mass" ).get<Real>();
+            error /
+            summary.at( "conservation" ).at( "final_mass" ).get<double>();
         price["error_source"] = "exact";
     }
     else if ( estimate )
@@ -75,22 +76,22 @@ Json makePrice( const Json& summary )
         price["error_source"] = "estimated";
     }
     const auto& relative = price.at( "relative_error" );
-    if ( !relative.is_number() || relative.get<Real>() < least_error )
+    if ( !relative.is_number() || relative.get<double>() < least_error )
         return price;
     const bool is_observed =
         estimate && !estimate->at( "observed_order" ).is_null();
-    const Real order =
+    const double order =
         is_observed ? std::min( highest_order,
-                                estimate->at( "observed_order" ).get<Real>() )
+                                estimate->at( "observed_order" ).get<double>() )
                     : 1;
     price["order"] = order;
     price["order_source"] = is_observed ? "observed" : "assumed";
-    const Real dim = summary.at( "dimension" );
+    const double dim = summary.at( "dimension" );
     // Outputs are as many, however fine the grid.
-    const Real output = summary.at( "communication" )
-                            .at( "seconds" )
-                            .at( "output" )
-                            .at( "largest" );
+    const double output = summary.at( "communication" )
+                              .at( "seconds" )
+                              .at( "output" )
+                              .at( "largest" );
     if ( order >= lowest_order )
         price["half_error_seconds"] =
             output + ( wall - output ) * std::pow( 2, ( dim + 1 ) / order );
@@ -124,16 +125,16 @@ std::string formatPrice( const Json& summary )
         text += fmt::format( "; half of it takes some {} ({} order {:.2g})",
                              formatSeconds( half ),
                              is_observed ? "observed" : "assumed",
-                             price.at( "order" ).get<Real>() );
+                             price.at( "order" ).get<double>() );
     else if ( is_observed )
         text += fmt::format( "; order {:.2g} tells nothing of finer grids",
-                             price.at( "order" ).get<Real>() );
+                             price.at( "order" ).get<double>() );
     return fmt::format( "{}\n", text );
 }
 
-std::string formatSeconds( const Real seconds )
+std::string formatSeconds( const double seconds )
 {
-    constexpr Real minute = 60, hour = 3600, day = 86400;
+    constexpr double minute = 60, hour = 3600, day = 86400;
     return seconds < 2 * minute ? fmt::format( "{:.3g} s", seconds )
            : seconds < 2 * hour ? fmt::format( "{:.3g} min", seconds / minute )
            : seconds < 2 * day  ? fmt::format( "{:.3g} h", seconds / hour )

@@ -20,11 +20,11 @@ namespace Machpoint
 //! faster than the best method here does in smooth flow is a flow that coarser
 //! grids do not show yet.
 //! @{
-constexpr Real lowest_order = 0.5, highest_order = 2;
+constexpr double lowest_order = 0.5, highest_order = 2;
 //! @}
 
 //! Below this part of the field an error is round-off, which no grid halves.
-constexpr Real least_error = 1e-9;
+constexpr double least_error = round_off;
 
 /*!
   \brief `price` of a summary: the time, the error of the density that it
@@ -42,7 +42,7 @@ Json makePrice( const Json& summary );
 std::string formatPrice( const Json& summary );
 
 //! 0.0123 s, 12.3 s, 3.4 min, 5.6 h, 7.8 days
-std::string formatSeconds( Real seconds );
+std::string formatSeconds( double seconds );
 
 //! 400 x 200
 std::string formatCells( const std::vector<std::int64_t>& cells );

@@ -91,14 +91,16 @@ struct ColumnRow;
 template <>
 struct ColumnRow<4>
 {
-    using Row __attribute__( ( vector_size( 32 ) ) ) = Real;
-    using Places __attribute__( ( vector_size( 32 ) ) ) = std::int64_t;
+    using Row __attribute__( ( vector_size( 4 * sizeof( Real ) ) ) ) = Real;
+    using Places __attribute__( ( vector_size( 4 * sizeof( Real ) ) ) ) =
+        LaneInteger;
 };
 template <>
 struct ColumnRow<8>
 {
-    using Row __attribute__( ( vector_size( 64 ) ) ) = Real;
-    using Places __attribute__( ( vector_size( 64 ) ) ) = std::int64_t;
+    using Row __attribute__( ( vector_size( 8 * sizeof( Real ) ) ) ) = Real;
+    using Places __attribute__( ( vector_size( 8 * sizeof( Real ) ) ) ) =
+        LaneInteger;
 };
 
 //! x in all places.
@@ -119,7 +121,7 @@ replace( const typename ColumnRow<Width>::Row& row, const Real x )
 {
     using Places = typename ColumnRow<Width>::Places;
     // -1 where the bit is set.
-    constexpr auto at = []( const int c ) -> std::int64_t
+    constexpr auto at = []( const int c ) -> LaneInteger
     { return -( Bits >> c & 1 ); };
     if constexpr ( Width == 4 )
         return Places{ at( 0 ), at( 1 ), at( 2 ), at( 3 ) } ? rowOf<4>( x )

@@ -23,7 +23,7 @@ struct ProfileEntry
     std::int64_t calls = 0;
     std::int64_t kernels = 0; //!< parallel_for, _reduce and _scan launched
     std::int64_t bytes = 0;   //!< allocated less freed
-    Real seconds = 0;
+    double seconds = 0;
 };
 
 /*!

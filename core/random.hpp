@@ -33,7 +33,9 @@ KOKKOS_INLINE_FUNCTION Real uniformRandom( const std::uint64_t seed,
 {
     const std::uint64_t bits =
         mixBits( mixBits( mixBits( seed ) ^ id ) ^ draw );
-    return static_cast<Real>( bits >> 11 ) * 0x1.0p-53;
+    constexpr int digits = Kokkos::Experimental::digits_v<Real>;
+    return static_cast<Real>( bits >> ( 64 - digits ) ) *
+           static_cast<Real>( 1.0 / ( std::uint64_t{ 1 } << digits ) );
 }
 
 } // namespace Machpoint

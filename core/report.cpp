@@ -16,7 +16,7 @@
 namespace Machpoint
 {
 
-Real exactEnergy( const Json& input, const GasState& state )
+double exactEnergy( const Json& input, const GasState& state )
 {
     if ( state.density <= 0 )
         return 0; // vacuum
@@ -24,8 +24,8 @@ Real exactEnergy( const Json& input, const GasState& state )
     const auto gas = std::find_if( physics.begin(), physics.end(),
                                    []( const Json& entry )
                                    { return entry.contains( "gamma" ); } );
-    const Real gamma = gas->at( "gamma" );
-    const Real reference = gas->value( "reference_pressure", 0.0 );
+    const double gamma = gas->at( "gamma" );
+    const double reference = gas->value( "reference_pressure", 0.0 );
     return ( state.pressure + gamma * reference ) /
            ( ( gamma - 1 ) * state.density );
 }
@@ -51,7 +51,7 @@ ParticleData gatherAll( const Communicator& ranks, const ParticleData& own )
 
 std::vector<FieldError> measureErrors( const ParticleData& own,
                                        const ExactSolution& exact,
-                                       const Json& input, const Real t )
+                                       const Json& input, const double t )
 {
     const Communicator ranks;
     const std::size_t dim = input.at( "dimension" ).get<std::size_t>();
@@ -59,7 +59,7 @@ std::vector<FieldError> measureErrors( const ParticleData& own,
     // another.
     const auto data = dim == 1 ? gatherAll( ranks, own ) : own;
     const std::size_t n = data.mass.size();
-    std::vector<Real> measure = data.volume;
+    std::vector<double> measure( data.volume.begin(), data.volume.end() );
     if ( dim == 1 && n > 0 )
     {
         std::vector<std::size_t> order( n );
@@ -70,15 +70,17 @@ std::vector<FieldError> measureErrors( const ParticleData& own,
         // The first and last particle stand for the gas up to the ends of the
         // domain, but not for empty space wider than a cell.
         const auto grid = makeGrid<1>( input );
-        const Real h = grid.spacing[0];
-        Real edge = std::max( grid.lower[0], data.position[order.front()] - h );
-        const Real end =
-            std::min( grid.upper[0], data.position[order.back()] + h );
+        const double h = grid.spacing[0];
+        double edge =
+            std::max<double>( grid.lower[0], data.position[order.front()] - h );
+        const double end =
+            std::min<double>( grid.upper[0], data.position[order.back()] + h );
         for ( std::size_t k = 0; k < n; ++k )
         {
-            const Real next = k + 1 < n ? 0.5 * ( data.position[order[k]] +
-                                                  data.position[order[k + 1]] )
-                                        : end;
+            const double next = k + 1 < n
+                                    ? 0.5 * ( data.position[order[k]] +
+                                              data.position[order[k + 1]] )
+                                    : end;
             measure[order[k]] = next - edge;
             edge = next;
         }
@@ -92,16 +94,16 @@ std::vector<FieldError> measureErrors( const ParticleData& own,
     std::vector<ReproducibleSum> sums( 2 * errors.size() );
     for ( std::size_t p = 0; p < n; ++p )
     {
-        Vector<3> x{};
+        Vector3 x{};
         for ( std::size_t d = 0; d < dim; ++d )
             x[d] = data.position[p * dim + d];
         const auto state = exact.state( x, t );
-        Real square = 0;
+        double square = 0;
         for ( std::size_t d = 0; d < dim; ++d )
             square +=
                 std::pow( data.velocity[p * dim + d] - state.velocity[d], 2 );
-        const Real energy = exactEnergy( input, state );
-        const Real difference[] = {
+        const double energy = exactEnergy( input, state );
+        const double difference[] = {
             std::abs( data.density[p] - state.density ), std::sqrt( square ),
             std::abs( data.pressure[p] - state.pressure ),
             std::abs( data.specific_internal_energy[p] - energy ) };
@@ -146,15 +148,17 @@ Json conservation( const Simulation& simulation, const RunFacts& facts )
         ( now.mass - before.mass - ledger.mass_in + ledger.mass_out ) /
         before.mass;
     json["momentum"] = nullptr;
-    const Real scale = std::sqrt( 2 * before.mass * std::abs( now.energy() ) );
+    const double scale =
+        std::sqrt( 2 * before.mass * std::abs( now.energy() ) );
     for ( int d = 0; d < simulation.dimension(); ++d )
         if ( simulation.conservesMomentum( d ) && scale > 0 )
         {
-            const Real drift =
+            const double drift =
                 std::abs( now.momentum[d] - before.momentum[d] ) / scale;
             const auto& known = json.at( "momentum" );
-            json["momentum"] =
-                known.is_null() ? drift : std::max( drift, known.get<Real>() );
+            json["momentum"] = known.is_null()
+                                   ? drift
+                                   : std::max( drift, known.get<double>() );
         }
     json["total_energy"] = nullptr;
     if ( !simulation.isOpen() && before.energy() != 0 )
@@ -171,12 +175,12 @@ Json conservation( const Simulation& simulation, const RunFacts& facts )
 //! What the ranks sent and waited for: of each, the sum and the largest.
 Json communication( const Communicator& ranks, const Traffic& own )
 {
-    std::vector<Real> values( own.seconds.begin(), own.seconds.end() );
+    std::vector<double> values( own.seconds.begin(), own.seconds.end() );
     const std::size_t times = values.size();
     for ( const auto count :
           { own.halo_bytes, own.halo_messages, own.migrated_particles,
             own.migrated_bytes, own.collectives } )
-        values.push_back( static_cast<Real>( count ) );
+        values.push_back( static_cast<double>( count ) );
     const auto sums = ranks.sum( values );
     const auto largest = ranks.max( values );
     auto seconds = Json::object();
@@ -203,7 +207,7 @@ std::string formatCommunication( const Json& c )
     std::string text = fmt::format(
         "  communication: halo {:.4g} MiB in {} messages, {} particles moved, "
         "{} collectives; MPI takes {}\n    largest seconds:",
-        c.at( "halo_bytes" ).at( "sum" ).get<Real>() / ( 1 << 20 ),
+        c.at( "halo_bytes" ).at( "sum" ).get<double>() / ( 1 << 20 ),
         c.at( "halo_messages" ).at( "sum" ).get<std::int64_t>(),
         c.at( "migrated_particles" ).at( "sum" ).get<std::int64_t>(),
         c.at( "collectives" ).get<std::int64_t>(),
@@ -212,14 +216,14 @@ std::string formatCommunication( const Json& c )
                                         : "copies on the host" );
     for ( const auto& [name, s] : c.at( "seconds" ).items() )
         text +=
-            fmt::format( " {} {:.3f}", name, s.at( "largest" ).get<Real>() );
+            fmt::format( " {} {:.3f}", name, s.at( "largest" ).get<double>() );
     return text + "\n";
 }
 
 //! A number for a table, or a dash where there is none.
 std::string orDash( const Json& value )
 {
-    return value.is_null() ? "-" : fmt::format( "{:.3e}", value.get<Real>() );
+    return value.is_null() ? "-" : fmt::format( "{:.3e}", value.get<double>() );
 }
 
 } // namespace
@@ -231,6 +235,7 @@ Json makeSummary( Simulation& simulation, const Json& input,
     Json json;
     json["scene"] = input.at( "scene" );
     json["backend"] = ExecutionSpace::name();
+    json["precision"] = precision_name;
     json["ranks"] = ranks.size();
     json["threads"] = ExecutionSpace().concurrency();
     json["dimension"] = simulation.dimension();
@@ -244,7 +249,7 @@ Json makeSummary( Simulation& simulation, const Json& input,
     json["wall_seconds"] = facts.wall_seconds;
     json["particle_updates_per_second"] =
         facts.wall_seconds > 0
-            ? static_cast<Real>( facts.particle_updates ) / facts.wall_seconds
+            ? static_cast<double>( facts.particle_updates ) / facts.wall_seconds
             : 0;
     json["bytes_per_particle"] = simulation.bytesPerParticle();
     json["peak_memory_bytes"] = ranks.sum( peakMemory() );
@@ -287,23 +292,24 @@ Json makeSummary( Simulation& simulation, const Json& input,
 
 std::string formatSummary( const Json& s )
 {
-    const Real wall = s.at( "wall_seconds" );
+    const double wall = s.at( "wall_seconds" );
     auto share = [&]( const Json& e )
     {
-        const Real seconds = e.at( "seconds" );
+        const double seconds = e.at( "seconds" );
         return fmt::format( "{:>10.3f} s {:>5.1f} %", seconds,
                             wall > 0 ? 100 * seconds / wall : 0.0 );
     };
     const int ranks = s.at( "ranks" );
     std::string text = fmt::format(
-        "\n{} | {} {} {}D | {} x{}{} | {} steps to t = {:.6g} in {:.3f} s | "
+        "\n{} | {} {} {}D | {} x{}{}{} | {} steps to t = {:.6g} in {:.3f} s | "
         "{:.3g} M particle updates/s\n",
         s.at( "scene" ).get<std::string>(), s.at( "method" ).get<std::string>(),
         s.at( "basis" ).get<std::string>(), s.at( "dimension" ).get<int>(),
         s.at( "backend" ).get<std::string>(), s.at( "threads" ).get<int>(),
         ranks > 1 ? fmt::format( " on {} ranks", ranks ) : "",
-        s.at( "steps" ).get<std::int64_t>(), s.at( "final_time" ).get<Real>(),
-        wall, s.at( "particle_updates_per_second" ).get<Real>() / 1e6 );
+        is_single ? " in single precision" : "",
+        s.at( "steps" ).get<std::int64_t>(), s.at( "final_time" ).get<double>(),
+        wall, s.at( "particle_updates_per_second" ).get<double>() / 1e6 );
     text += "\n  phase\n";
     for ( const auto& e : s.at( "phases" ) )
         text += fmt::format( "    {:<28}{}\n",
@@ -321,8 +327,8 @@ std::string formatSummary( const Json& s )
         text += fmt::format(
             "  largest over mean load of the ranks: {:.3f} at the start, "
             "{:.3f} at most, {:.3f} at the end; cuts moved {} times\n",
-            b.at( "start" ).get<Real>(), b.at( "largest" ).get<Real>(),
-            b.at( "end" ).get<Real>(),
+            b.at( "start" ).get<double>(), b.at( "largest" ).get<double>(),
+            b.at( "end" ).get<double>(),
             b.at( "cuts_moved" ).get<std::int64_t>() );
         text += formatCommunication( s.at( "communication" ) );
     }
@@ -335,18 +341,18 @@ std::string formatSummary( const Json& s )
     text += fmt::format(
         "  extrema: density >= {:.4g}, specific internal energy >= {:.4g}, "
         "Mach <= {:.4g}\n",
-        x.at( "min_density" ).get<Real>(),
-        x.at( "min_specific_internal_energy" ).get<Real>(),
-        x.at( "max_mach" ).get<Real>() );
+        x.at( "min_density" ).get<double>(),
+        x.at( "min_specific_internal_energy" ).get<double>(),
+        x.at( "max_mach" ).get<double>() );
     if ( !s.at( "errors" ).empty() )
     {
         text += fmt::format( "  error against exact {:>16} {:>12} {:>12}\n",
                              "L1", "L2", "Linf" );
         for ( const auto& [field, e] : s.at( "errors" ).items() )
             text += fmt::format( "    {:<24} {:>12.4e} {:>12.4e} {:>12.4e}\n",
-                                 field, e.at( "L1" ).get<Real>(),
-                                 e.at( "L2" ).get<Real>(),
-                                 e.at( "Linf" ).get<Real>() );
+                                 field, e.at( "L1" ).get<double>(),
+                                 e.at( "L2" ).get<double>(),
+                                 e.at( "Linf" ).get<double>() );
     }
     return text + formatPrice( s );
 }

@@ -20,12 +20,12 @@ namespace Machpoint
 struct FieldError
 {
     std::string field;
-    Real L1 = 0, L2 = 0, Linf = 0;
+    double L1 = 0, L2 = 0, Linf = 0;
 };
 
 //! Specific internal energy of an exact state, by the equation of state of a
 //! resolved input; 0 in vacuum.
-Real exactEnergy( const Json& input, const GasState& state );
+double exactEnergy( const Json& input, const GasState& state );
 
 /*!
   \brief Errors of the particles of all ranks against the exact solution.
@@ -37,7 +37,7 @@ Real exactEnergy( const Json& input, const GasState& state );
 */
 std::vector<FieldError> measureErrors( const ParticleData& own,
                                        const ExactSolution& exact,
-                                       const Json& input, Real t );
+                                       const Json& input, double t );
 
 //! Largest resident memory of this process so far, bytes.
 std::int64_t peakMemory();
@@ -48,7 +48,7 @@ struct RunFacts
     Totals initial;
     std::int64_t particles_initial = 0;
     std::int64_t particle_updates = 0; //!< particles moved, over all steps
-    Real wall_seconds = 0;
+    double wall_seconds = 0;
     Traffic traffic; //!< this rank's
     std::vector<FieldError> errors;
 };

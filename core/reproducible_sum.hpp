@@ -32,13 +32,13 @@ class ReproducibleSum
 {
   public:
     ReproducibleSum() = default;
-    ReproducibleSum( const Real term ) { *this += term; }
+    ReproducibleSum( const double term ) { *this += term; }
 
-    KOKKOS_INLINE_FUNCTION void operator+=( const Real term )
+    KOKKOS_INLINE_FUNCTION void operator+=( const double term )
     {
         add( term, 1 );
     }
-    KOKKOS_INLINE_FUNCTION void operator-=( const Real term )
+    KOKKOS_INLINE_FUNCTION void operator-=( const double term )
     {
         add( -term, 1 );
     }
@@ -52,7 +52,8 @@ class ReproducibleSum
     }
 
     //! Adds a term `times` times.
-    KOKKOS_INLINE_FUNCTION void add( const Real term, const std::int64_t times )
+    KOKKOS_INLINE_FUNCTION void add( const double term,
+                                     const std::int64_t times )
     {
         const auto bits = Kokkos::bit_cast<std::uint64_t>( term );
         const int exponent = static_cast<int>( bits >> 52 & 0x7ff );
@@ -84,7 +85,7 @@ class ReproducibleSum
     }
 
     //! The sum, rounded.
-    Real value() const
+    double value() const
     {
         if ( _not_finite != 0 ) // or not a number
             return _not_finite;
@@ -93,16 +94,16 @@ class ReproducibleSum
         for ( int k = 0; k < digits; ++k )
             d[k + 2] = _digits[k];
         carry( d );
-        const Real sign = d[0] < 0 ? -1 : 1;
+        const double sign = d[0] < 0 ? -1 : 1;
         if ( sign < 0 )
         {
             for ( auto& digit : d )
                 digit = -digit;
             carry( d );
         }
-        Real sum = 0;
+        double sum = 0;
         for ( int k = digits + 1; k >= 0; --k )
-            sum += std::ldexp( static_cast<Real>( d[k] ),
+            sum += std::ldexp( static_cast<double>( d[k] ),
                                width * ( _top + 2 - k ) - 1074 );
         return sign * sum;
     }
@@ -118,7 +119,7 @@ class ReproducibleSum
             throw ArchiveError( name + " has another shape" );
         std::copy( list.begin(), list.begin() + digits, _digits );
         _top = static_cast<int>( list[digits] );
-        _not_finite = Kokkos::bit_cast<Real>( list[digits + 1] );
+        _not_finite = Kokkos::bit_cast<double>( list[digits + 1] );
     }
 
   private:
@@ -150,7 +151,7 @@ class ReproducibleSum
     }
 
     int _top = 0; // number of the first digit; digit 0 counts 2^-1074
-    Real _not_finite = 0;
+    double _not_finite = 0;
     std::int64_t _digits[digits] = {};
 };
 

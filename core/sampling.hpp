@@ -52,7 +52,7 @@ Totals sumParticles( const State<Dim>& state )
             for ( int b = 0; b < Dim; ++b )
             {
                 sum.momentum[b] += mass * v( p, b );
-                sum.kinetic += 0.5 * mass * v( p, b ) * v( p, b );
+                sum.kinetic += 0.5_rt * mass * v( p, b ) * v( p, b );
                 const Real h = grid.spacing[b];
                 const Real y = x( p, b );
                 const Real f = ( y - grid.lower[b] ) / h - grid.cell( y, b );
@@ -167,7 +167,7 @@ GridData sampleGrid( const State<Dim>& state )
           { &data.density, &data.pressure, &data.specific_internal_energy } )
         list->assign( total, 0 );
     data.velocity.assign( total * Dim, 0 );
-    const Real least = 1e-12 * state.grid.cellVolume();
+    const Real least = 1e-12_rt * state.grid.cellVolume();
     for ( std::size_t n = 0; n < total; ++n )
     {
         Indices<Dim> i{};

@@ -11,8 +11,8 @@
 namespace Machpoint
 {
 
-SedovSolution::SedovSolution( int dimension, Real energy, Real density,
-                              Real gamma )
+SedovSolution::SedovSolution( int dimension, double energy, double density,
+                              double gamma )
     : _dimension( dimension ), _density( density ), _gamma( gamma )
 {
     if ( !( energy > 0 ) )
@@ -28,14 +28,14 @@ SedovSolution::SedovSolution( int dimension, Real energy, Real density,
     _shock_parameter = ( gamma - 1 ) / ( gamma + 1 );
 
     // The integral of both energies over the radius, by Simpson's rule.
-    const Real surface[] = { 2, 2 * std::numbers::pi, 4 * std::numbers::pi };
+    const double surface[] = { 2, 2 * std::numbers::pi, 4 * std::numbers::pi };
     const int n = 2000;
-    Real integral = 0;
+    double integral = 0;
     for ( int k = 1; k <= n; ++k ) // nothing at the centre but for j = 1
     {
-        const Real radius = static_cast<Real>( k ) / n;
+        const double radius = static_cast<double>( k ) / n;
         const Profile p = profileAt( radius );
-        const Real weight = ( k == n ? 1.0 : k % 2 ? 4.0 : 2.0 ) / ( 3 * n );
+        const double weight = ( k == n ? 1.0 : k % 2 ? 4.0 : 2.0 ) / ( 3 * n );
         integral += weight * std::pow( radius, dimension - 1 ) *
                     ( p.density * p.velocity * p.velocity + p.pressure );
     }
@@ -43,39 +43,39 @@ SedovSolution::SedovSolution( int dimension, Real energy, Real density,
         integral += profile( 0 ).pressure / ( 3 * n );
     // Behind a strong shock of speed U both energies per volume are
     // 2 rho U^2 / (gamma^2 - 1), and U = 2 r / ((j + 2) t).
-    const Real rate = 2.0 / ( dimension + 2 );
-    const Real alpha = surface[dimension - 1] * integral * 2 * rate * rate /
-                       ( gamma * gamma - 1 );
+    const double rate = 2.0 / ( dimension + 2 );
+    const double alpha = surface[dimension - 1] * integral * 2 * rate * rate /
+                         ( gamma * gamma - 1 );
     _scale = std::pow( energy / ( alpha * density ), 1.0 / ( dimension + 2 ) );
 }
 
-Real SedovSolution::shockRadius( Real t ) const
+double SedovSolution::shockRadius( double t ) const
 {
     return _scale * std::pow( t, 2.0 / ( _dimension + 2 ) );
 }
 
-SedovSolution::Profile SedovSolution::profile( Real w ) const
+SedovSolution::Profile SedovSolution::profile( double w ) const
 {
-    const Real j = _dimension, g = _gamma;
-    const Real size = j + 2;
-    const Real V = ( 1 + w ) * 2 / ( size * g );
+    const double j = _dimension, g = _gamma;
+    const double size = j + 2;
+    const double V = ( 1 + w ) * 2 / ( size * g );
     // Exponents, eq. 33 to 38.
-    const Real down = 2 * ( g - 1 ) + j;
-    const Real a0 = 2 / size;
-    const Real a2 = -( g - 1 ) / down;
-    const Real a1 = size * g / ( 2 + j * ( g - 1 ) ) *
-                    ( 2 * j * ( 2 - g ) / ( g * size * size ) - a2 );
-    const Real a3 = j / down;
-    const Real a4 = size * a1 / ( 2 - g );
-    const Real a5 = -2 / ( 2 - g );
+    const double down = 2 * ( g - 1 ) + j;
+    const double a0 = 2 / size;
+    const double a2 = -( g - 1 ) / down;
+    const double a1 = size * g / ( 2 + j * ( g - 1 ) ) *
+                      ( 2 * j * ( 2 - g ) / ( g * size * size ) - a2 );
+    const double a3 = j / down;
+    const double a4 = size * a1 / ( 2 - g );
+    const double a5 = -2 / ( 2 - g );
     // Bases; each is 1 at the shock.
-    const Real turn = 2 + j * ( g - 1 );
-    const Real x1 = 0.25 * size * ( g + 1 ) * V;
-    const Real x2 = w / _shock_parameter;
-    const Real x3 = size * ( g + 1 ) / ( size * ( g + 1 ) - 2 * turn ) *
-                    ( 1 - 0.5 * turn * V );
-    const Real x4 = ( g + 1 ) / ( g - 1 ) * ( 1 - 0.5 * size * V );
-    const Real radius =
+    const double turn = 2 + j * ( g - 1 );
+    const double x1 = 0.25 * size * ( g + 1 ) * V;
+    const double x2 = w / _shock_parameter;
+    const double x3 = size * ( g + 1 ) / ( size * ( g + 1 ) - 2 * turn ) *
+                      ( 1 - 0.5 * turn * V );
+    const double x4 = ( g + 1 ) / ( g - 1 ) * ( 1 - 0.5 * size * V );
+    const double radius =
         std::pow( x1, -a0 ) * std::pow( x2, -a2 ) * std::pow( x3, -a1 );
     return { radius, x1 * radius,
              std::pow( x2, a3 ) * std::pow( x3, a4 ) * std::pow( x4, a5 ),
@@ -85,12 +85,12 @@ SedovSolution::Profile SedovSolution::profile( Real w ) const
 
 //! Inverts radius( w ), which grows like a power of w near the centre, so that
 //! the bisection is in its logarithm.
-SedovSolution::Profile SedovSolution::profileAt( Real radius ) const
+SedovSolution::Profile SedovSolution::profileAt( double radius ) const
 {
-    Real low = -600, high = 0; // of log( w / shock parameter )
+    double low = -600, high = 0; // of log( w / shock parameter )
     for ( int i = 0; i < 70; ++i )
     {
-        const Real middle = 0.5 * ( low + high );
+        const double middle = 0.5 * ( low + high );
         const bool is_beyond =
             profile( _shock_parameter * std::exp( middle ) ).radius > radius;
         ( is_beyond ? high : low ) = middle;
@@ -98,10 +98,10 @@ SedovSolution::Profile SedovSolution::profileAt( Real radius ) const
     return profile( _shock_parameter * std::exp( high ) );
 }
 
-SedovSolution::Radial SedovSolution::inside( Real r, Real t ) const
+SedovSolution::Radial SedovSolution::inside( double r, double t ) const
 {
-    const Real shock = shockRadius( t );
-    const Real speed = 2 * shock / ( ( _dimension + 2 ) * t );
+    const double shock = shockRadius( t );
+    const double speed = 2 * shock / ( ( _dimension + 2 ) * t );
     const Profile p = profileAt( r / shock );
     return { _density * ( _gamma + 1 ) / ( _gamma - 1 ) * p.density,
              2 * speed / ( _gamma + 1 ) * p.velocity,

@@ -30,36 +30,36 @@ class SedovSolution
     //! \param density of the undisturbed gas
     //! \param gamma > 1, not 2; below 7 if j = 3
     //! \throws std::invalid_argument for other gamma, or no energy
-    SedovSolution( int dimension, Real energy, Real density, Real gamma );
+    SedovSolution( int dimension, double energy, double density, double gamma );
 
     //! Radius of the shock at t >= 0.
-    Real shockRadius( Real t ) const;
+    double shockRadius( double t ) const;
 
     //! Radial motion of the gas.
     struct Radial
     {
-        Real density;
-        Real velocity; //!< away from the centre
-        Real pressure;
+        double density;
+        double velocity; //!< away from the centre
+        double pressure;
     };
 
     //! The gas inside the shock. \param r from 0 to shockRadius( t ), t > 0
-    Radial inside( Real r, Real t ) const;
+    Radial inside( double r, double t ) const;
 
   private:
     //! Fractions of the values behind the shock, and of its radius.
     struct Profile
     {
-        Real radius, velocity, density, pressure;
+        double radius, velocity, density, pressure;
     };
-    Profile profile( Real w ) const;
-    Profile profileAt( Real radius ) const;
+    Profile profile( double w ) const;
+    Profile profileAt( double radius ) const;
 
     int _dimension;
-    Real _density;
-    Real _gamma;
-    Real _shock_parameter; // w at the shock; it is 0 at the centre
-    Real _scale;           // shock radius at t = 1
+    double _density;
+    double _gamma;
+    double _shock_parameter; // w at the shock; it is 0 at the centre
+    double _scale;           // shock radius at t = 1
 };
 
 } // namespace Machpoint

@@ -26,24 +26,24 @@ class NumericalFailure : public std::runtime_error
 //! Steps during which the time step is shortened, and to which part: a
 //! discontinuous start has no divergence yet for the viscosity to see.
 constexpr int start_up_steps = 10;
-constexpr Real start_up_factor = 0.2;
+constexpr double start_up_factor = 0.2;
 
 //! Sums over all particles.
 struct Totals
 {
-    Real mass = 0;
-    Vector<3> momentum{}; //!< components beyond Dim are 0
+    double mass = 0;
+    Vector3 momentum{}; //!< components beyond Dim are 0
     //! \name Energies; the affine part is kinetic energy within a particle
     //! @{
-    Real internal = 0, kinetic = 0, affine = 0;
+    double internal = 0, kinetic = 0, affine = 0;
     //! @}
-    Real energy() const { return internal + kinetic + affine; }
+    double energy() const { return internal + kinetic + affine; }
 };
 
 //! What crossed the edges of the domain on any rank; see Ledger.
 struct LedgerTotals
 {
-    Real mass_in = 0, mass_out = 0, energy_in = 0;
+    double mass_in = 0, mass_out = 0, energy_in = 0;
 };
 
 //! This rank's particles on the host, for output and errors. Row-major.
@@ -61,7 +61,7 @@ struct GridData
     std::vector<std::size_t> shape;        //!< [nz][ny][nx]
     std::vector<std::size_t> global_shape; //!< the same of the whole domain
     std::vector<std::size_t> start;        //!< of the block in the whole
-    std::vector<Real> lower, spacing;      //!< of the whole, [Dim], x first
+    std::vector<double> lower, spacing;    //!< of the whole, [Dim], x first
     std::vector<Real> density, pressure, specific_internal_energy;
     std::vector<Real> velocity; //!< [nz][ny][nx][Dim]
 };
@@ -75,16 +75,16 @@ class Simulation
 
     //! One time step, not beyond `until`. \throws NumericalFailure; the state
     //! is then the last good one
-    virtual void step( Real until ) = 0;
+    virtual void step( double until ) = 0;
 
     virtual int dimension() const = 0;
-    virtual Real time() const = 0;
-    virtual Real timeStep() const = 0;
+    virtual double time() const = 0;
+    virtual double timeStep() const = 0;
     virtual std::int64_t steps() const = 0;
     virtual std::int64_t particles() const = 0;
     //! What limited the last time step.
     virtual const std::string& limiter() const = 0;
-    virtual Real bytesPerParticle() const = 0;
+    virtual double bytesPerParticle() const = 0;
 
     virtual Totals totals() const = 0;
     virtual const Extrema& extrema() const = 0;

@@ -24,12 +24,12 @@ isSound( const VectorOf<Dim, Number>& moved, const VectorOf<Dim, Number>& v,
          const Real least )
 {
     // Written so that a NaN is caught too.
-    const Number huge( 1e300 );
+    const Number huge( largest_quantity );
     auto sound = Number( least ) < energy && energy < huge &&
                  Number( 0.0 ) < volume && volume < huge;
     for ( int d = 0; d < Dim; ++d )
         sound = sound && Kokkos::abs( moved[d] ) <= Number( spacing[d] ) &&
-                Kokkos::abs( v[d] ) < Number( 1e150 );
+                Kokkos::abs( v[d] ) < Number( largest_speed );
     return sound;
 }
 

@@ -51,10 +51,10 @@ class Stepper : public Simulation
       to it (docs/conservative.md). A step that breaks the gas is repeated from
       its start with half the time step.
     */
-    void step( const Real until ) override
+    void step( const double until ) override
     {
         prepare();
-        for ( Real part = 1;; part /= 2 )
+        for ( double part = 1;; part /= 2 )
         {
             chooseTimeStep( until, part );
             advance();
@@ -73,12 +73,12 @@ class Stepper : public Simulation
     }
 
     int dimension() const override { return Dim; }
-    Real time() const override { return _scene.state.time; }
-    Real timeStep() const override { return _scene.state.dt; }
+    double time() const override { return _scene.state.time; }
+    double timeStep() const override { return _scene.state.dt; }
     std::int64_t steps() const override { return _scene.state.step; }
     std::int64_t particles() const override { return _particles; }
     const std::string& limiter() const override { return _limiter; }
-    Real bytesPerParticle() const override
+    double bytesPerParticle() const override
     {
         return _scene.state.particles.bytesPerParticle();
     }
@@ -363,8 +363,8 @@ class Stepper : public Simulation
     //! The text of the rank whose fault is the worst; empty without faults.
     std::string describe( const Fault& fault ) const
     {
-        const Real kind = static_cast<int>( fault.kind );
-        const Real worst = comm().max( kind );
+        const double kind = static_cast<int>( fault.kind );
+        const double worst = comm().max( kind );
         return worst > 0 ? describe( fault, kind == worst ) : std::string();
     }
     //! \param is_worst is it on this rank, perhaps among others?
@@ -380,7 +380,7 @@ class Stepper : public Simulation
 
     //! Returns to the start of the step. \throws NumericalFailure when a
     //! shorter step has been tried often enough
-    void reject( const std::string& fault, const Real part )
+    void reject( const std::string& fault, const double part )
     {
         restore();
         if ( part * std::ldexp( 1.0, _most_retries ) < 1.5 )
@@ -451,10 +451,10 @@ class Stepper : public Simulation
     }
 
     //! Largest time step that each module allows this rank.
-    std::vector<Real> limitsOfModules()
+    std::vector<double> limitsOfModules()
     {
         Profile::Phase phase( "time step" );
-        std::vector<Real> limits;
+        std::vector<double> limits;
         for ( auto& active : _scene.modules )
         {
             Profile::Effect effect( active.name );
@@ -468,14 +468,14 @@ class Stepper : public Simulation
       reduction tells all ranks all of it.
       \param limits of the time step, this rank's
     */
-    void survey( const std::vector<Real>& limits )
+    void survey( const std::vector<double>& limits )
     {
         const auto& found = _scene.state.survey;
         const auto& own = found.extrema;
-        std::vector<Real> largest = {
+        std::vector<double> largest = {
             found.broken >= 0 ? 1.0 : 0.0, found.fastest, -own.min_density,
             -own.min_specific_internal_energy, own.max_mach };
-        for ( const Real limit : limits )
+        for ( const double limit : limits )
             largest.push_back( -limit );
         largest = comm().max( largest );
         if ( largest[0] > 0 )
@@ -488,7 +488,9 @@ class Stepper : public Simulation
             throw NumericalFailure( fault );
         }
         _fastest = largest[1];
-        _extrema += Extrema{ -largest[2], -largest[3], largest[4] };
+        _extrema += Extrema{ static_cast<Real>( -largest[2] ),
+                             static_cast<Real>( -largest[3] ),
+                             static_cast<Real>( largest[4] ) };
         _limits.clear();
         for ( std::size_t k = 5; k < largest.size(); ++k )
             _limits.push_back( -largest[k] );
@@ -496,10 +498,10 @@ class Stepper : public Simulation
 
     //! dt = CFL h / max(c + |v|), or less where an effect asks for it.
     //! \param part of it, for a step that is repeated
-    void chooseTimeStep( const Real until, const Real part )
+    void chooseTimeStep( const double until, const double part )
     {
         auto& state = _scene.state;
-        Real dt = Kokkos::Experimental::infinity_v<Real>;
+        double dt = Kokkos::Experimental::infinity_v<double>;
         if ( _fastest > 0 )
             dt = state.cfl * state.grid.minSpacing() / _fastest;
         _limiter = "wave speed";
@@ -553,7 +555,7 @@ class Stepper : public Simulation
         int limit = 1 << ( RoundedTerms::log2_terms - 1 );
         for ( int d = 0; d < Dim; ++d )
             limit /= Basis::nodes;
-        const Real most = comm().max( static_cast<Real>( own_most ) );
+        const double most = comm().max( static_cast<double>( own_most ) );
         if ( most > limit )
             throw NumericalFailure( fmt::format(
                 "{} particles share a cell at step {}, and with reproducible "
@@ -606,7 +608,7 @@ class Stepper : public Simulation
                 const Pack p = Pack::of( k, n );
                 const auto cell = box.flatCell( grid, loadVector<Dim>( x, p ) );
                 for ( int l = 0; l < p.count; ++l )
-                    cells( p.first + l ) = static_cast<int>( lane( cell, l ) );
+                    cells( p.first + l ) = lane( cell, l );
             } );
         return cells;
     }
@@ -635,11 +637,11 @@ class Stepper : public Simulation
     bool _has_sources = false; // after G2P, in this step
     //! \name Over all ranks, before the step
     //! @{
-    Real _fastest = 0;         // max of c + |v|
-    std::vector<Real> _limits; // of the time step, [modules]
+    double _fastest = 0;         // max of c + |v|
+    std::vector<double> _limits; // of the time step, [modules]
     //! @}
     Ledger _saved_ledger;
-    Real _saved_time = 0;
+    double _saved_time = 0;
     std::int64_t _saved_step = 0;
     std::string _limiter;
     Extrema _extrema;

@@ -58,7 +58,7 @@ class LaneSurvey
     {
         const LaneMask counts = active( p );
         const Lanes zero( 0.0 );
-        const Lanes huge( 1e300 );
+        const Lanes huge( largest_quantity );
         const Lanes sum = sound + speed;
         const Lanes mach = choose( zero < sound, Lanes( speed / sound ), zero );
         _fastest = Kokkos::max( _fastest, choose( counts, sum, zero ) );
@@ -96,7 +96,7 @@ class LaneSurvey
 
   private:
     Lanes _fastest{ 0.0 }, _fastest_viscous{ 0.0 }, _mach{ 0.0 };
-    Lanes _density{ 1e300 }, _energy{ 1e300 };
+    Lanes _density{ largest_quantity }, _energy{ largest_quantity };
     int _broken = -1; // of those seen last
 };
 

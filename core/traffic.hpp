@@ -43,7 +43,7 @@ struct Traffic
     std::int64_t migrated_particles = 0;
     std::int64_t migrated_bytes = 0;
     std::int64_t collectives = 0;
-    std::array<Real, activity_names.size()> seconds{};
+    std::array<double, activity_names.size()> seconds{};
 
     //! This rank's, to add to; during an output another one, soon forgotten.
     static Traffic& own();

@@ -115,7 +115,7 @@ void gridVelocity( const State<Dim>& state, const NodeRows& rows )
         "Machpoint::gridVelocity", KOKKOS_LAMBDA( const int i ) {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )
-                velocities( i, d ) = m > 0 ? moments( i, 1 + d ) / m : 0.0;
+                velocities( i, d ) = m > 0 ? moments( i, 1 + d ) / m : 0.0_rt;
         } );
 }
 
@@ -135,7 +135,7 @@ void advanceGridVelocity( const State<Dim>& state )
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, Dim + d ) =
                     velocities( i, d ) +
-                    ( m > 0 ? dt * moments( i, force + d ) / m : 0.0 );
+                    ( m > 0 ? dt * moments( i, force + d ) / m : 0.0_rt );
         } );
 }
 

@@ -9,12 +9,43 @@
 #include <Kokkos_Core.hpp>
 
 #include <cstdint>
+#include <type_traits>
 
 namespace Machpoint
 {
 
-//! Floating-point type of all fields (nondimensional unless labelled).
+//! Floating-point type of particles and fields (nondimensional unless
+//! labelled), one per build (Machpoint_PRECISION). Times and totals are double
+//! in any.
+#if defined( MACHPOINT_PRECISION_SINGLE )
+using Real = float;
+#else
 using Real = double;
+#endif
+
+//! Is it a float?
+inline constexpr bool is_single = std::is_same_v<Real, float>;
+//! What Machpoint_PRECISION calls it.
+inline constexpr const char* precision_name = is_single ? "single" : "double";
+
+//! \name What a Real can tell
+//! @{
+//! No quantity of a gas is as large, nor any speed, so that its square is one.
+inline constexpr Real largest_quantity = is_single ? 1e37 : 1e300;
+inline constexpr Real largest_speed = is_single ? 1e18 : 1e150;
+//! Values that differ by less than this part of them may be the same.
+inline constexpr Real round_off = is_single ? 1e-5 : 1e-9;
+//! A way, in cells, that is far beyond the rounding of a position and far
+//! below anything that the gas resolves.
+inline constexpr Real nudge = is_single ? 1e-2 : 1e-6;
+//! @}
+
+//! A literal of that type, 0.5_rt: as a double it would make doubles of all
+//! that a kernel multiplies it by.
+constexpr Real operator""_rt( const long double value )
+{
+    return static_cast<Real>( value );
+}
 
 // One backend per build (Machpoint_BACKEND); without a choice, Kokkos' own.
 #if defined( MACHPOINT_BACKEND_CUDA )
@@ -38,6 +69,10 @@ using Range = Kokkos::RangePolicy<
 //! Position, velocity or other vector. Shape [Dim].
 template <int Dim>
 using Vector = Kokkos::Array<Real, Dim>;
+
+//! Vector of initial states and exact solutions, which the host computes in
+//! double precision, whatever the fields have. Shape [3].
+using Vector3 = Kokkos::Array<double, 3>;
 
 //! Cell or node coordinates. Shape [Dim].
 template <int Dim>

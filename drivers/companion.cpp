@@ -14,13 +14,13 @@ namespace Machpoint
 {
 
 std::vector<StepCost> stepTo( Simulation& simulation, const Json& input,
-                              const Real end, const IsStopped& stop )
+                              const double end, const IsStopped& stop )
 {
     std::vector<StepCost> costs;
     OutputTimes outputs( input, simulation.time() );
     while ( simulation.time() < end )
     {
-        const Real next = std::min( outputs.next(), end );
+        const double next = std::min( outputs.next(), end );
         Kokkos::Timer timer;
         simulation.step( next );
         // An empty domain's step has its price, too.

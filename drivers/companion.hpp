@@ -19,9 +19,9 @@ namespace Machpoint
 //! A time step and what it moved.
 struct StepCost
 {
-    Real seconds = 0;
+    double seconds = 0;
     std::int64_t particles = 0; //!< after the step, of all ranks
-    Real time = 0;              //!< after the step
+    double time = 0;            //!< after the step
 };
 
 //! Is a run to end at once?
@@ -34,7 +34,7 @@ using IsStopped = std::function<bool( const Simulation& )>;
   \return each step's cost; fewer steps when stopped \throws NumericalFailure
 */
 std::vector<StepCost> stepTo( Simulation& simulation, const Json& input,
-                              Real end, const IsStopped& stop );
+                              double end, const IsStopped& stop );
 
 //! Cells along the axis that has most of them: what refines a grid.
 std::int64_t resolution( const Json& input );

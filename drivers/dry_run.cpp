@@ -26,38 +26,38 @@ constexpr const char* option = "--estimate";
 //! \name What the next finer rung may be expected to take
 //! Anything up to the first, more where the run is long, the second at most.
 //! @{
-constexpr Real affordable = 5, most_affordable = 30; // seconds
-constexpr Real affordable_share = 0.02;              // of the run
+constexpr double affordable = 5, most_affordable = 30; // seconds
+constexpr double affordable_share = 0.02;              // of the run
 //! @}
 //! Seconds after which a calibration has seen enough, and those that it may
 //! take for fewer steps than it should.
-constexpr Real enough = 0.3, longest_calibration = 3;
+constexpr double enough = 0.3, longest_calibration = 3;
 //! Steps that a calibration should take: all that there is between two sorts,
 //! after a first one that meets cold memory.
 constexpr std::size_t calibration_steps = 21;
 //! A coarsest rung with fewer cells along its longest axis shows no flow.
 constexpr std::int64_t fewest_cells = 12;
 //! What a prediction is believed to, where the rungs fare no worse.
-constexpr Real least_doubt = 0.15;
+constexpr double least_doubt = 0.15;
 
-Real sumOfParticles( const std::vector<StepCost>& costs )
+double sumOfParticles( const std::vector<StepCost>& costs )
 {
-    Real sum = 0;
+    double sum = 0;
     for ( const auto& cost : costs )
-        sum += static_cast<Real>( cost.particles );
+        sum += static_cast<double>( cost.particles );
     return sum;
 }
 
-Real sumOfSeconds( const std::vector<StepCost>& costs )
+double sumOfSeconds( const std::vector<StepCost>& costs )
 {
-    Real sum = 0;
+    double sum = 0;
     for ( const auto& cost : costs )
         sum += cost.seconds;
     return sum;
 }
 
 //! Seconds per particle and step; the first step aside.
-Real rate( const Calibration& calibration )
+double rate( const Calibration& calibration )
 {
     auto costs = calibration.costs;
     if ( costs.size() > 1 )
@@ -67,26 +67,26 @@ Real rate( const Calibration& calibration )
 
 //! The middle of the first steps' seconds per particle: on a busy machine one
 //! step may take many times as long as another.
-Real medianRate( const std::vector<StepCost>& costs, const std::size_t steps )
+double medianRate( const std::vector<StepCost>& costs, const std::size_t steps )
 {
-    std::vector<Real> rates;
+    std::vector<double> rates;
     for ( std::size_t k = 0; k < steps; ++k )
         rates.push_back( costs[k].seconds /
-                         static_cast<Real>( costs[k].particles ) );
+                         static_cast<double>( costs[k].particles ) );
     const auto middle = rates.begin() + static_cast<int>( steps / 2 );
     std::nth_element( rates.begin(), middle, rates.end() );
     return *middle;
 }
 
-Real fineness( const Json& input )
+double fineness( const Json& input )
 {
     const auto& grid = input.at( "grid" );
-    Real largest = 0;
+    double largest = 0;
     for ( std::size_t d = 0; d < grid.at( "cells" ).size(); ++d )
     {
-        const Real lower = grid.at( "lower" ).at( d );
-        const Real upper = grid.at( "upper" ).at( d );
-        const Real cells = grid.at( "cells" ).at( d );
+        const double lower = grid.at( "lower" ).at( d );
+        const double upper = grid.at( "upper" ).at( d );
+        const double cells = grid.at( "cells" ).at( d );
         largest = std::max( largest, cells / ( upper - lower ) );
     }
     return largest;
@@ -95,7 +95,7 @@ Real fineness( const Json& input )
 //! How often a run writes.
 std::int64_t outputCount( const Json& input )
 {
-    const Real end = input.at( "time" ).at( "end" );
+    const double end = input.at( "time" ).at( "end" );
     std::int64_t count = 2; // start and end
     for ( OutputTimes times( input, 0 ); times.next() < end; times.pass() )
         ++count;
@@ -118,7 +118,7 @@ Rung climb( const Communicator& ranks, const Json& input )
     rung.cells = input.at( "grid" ).at( "cells" ).get<decltype( rung.cells )>();
     rung.fineness = fineness( input );
     rung.fixed = start_up_steps * ( 1 - start_up_factor ) +
-                 static_cast<Real>( outputCount( input ) );
+                 static_cast<double>( outputCount( input ) );
     const auto simulation = makeCompanion( input, option );
     rung.first = simulation->particles();
     rung.costs = stepTo( *simulation, input, input.at( "time" ).at( "end" ),
@@ -149,8 +149,8 @@ std::vector<Rung> ladder( const Communicator& ranks, const Json& input )
     {
         if ( !rungs.empty() )
         {
-            const Real next = std::pow( 2, dim + 1 ) * rungs.back().seconds;
-            const Real run = next * std::pow( factor, dim + 1 );
+            const double next = std::pow( 2, dim + 1 ) * rungs.back().seconds;
+            const double run = next * std::pow( factor, dim + 1 );
             if ( next > std::clamp( affordable_share * run, affordable,
                                     most_affordable ) )
                 break;
@@ -187,7 +187,7 @@ Calibration calibrate( const Communicator& ranks, const Json& input )
         *simulation, input, input.at( "time" ).at( "end" ),
         [&]( const Simulation& s )
         {
-            const Real seconds = ranks.max( timer.seconds() );
+            const double seconds = ranks.max( timer.seconds() );
             return s.steps() < static_cast<std::int64_t>( calibration_steps )
                        ? s.steps() > 3 && seconds > longest_calibration
                        : seconds > enough;
@@ -197,30 +197,30 @@ Calibration calibrate( const Communicator& ranks, const Json& input )
 }
 
 //! Free memory of this machine, bytes; infinite where the system does not say.
-Real availableMemory()
+double availableMemory()
 {
     std::ifstream stream( "/proc/meminfo" );
     std::string line;
     while ( std::getline( stream, line ) )
         if ( line.starts_with( "MemAvailable:" ) )
             return 1024 * std::strtod( line.c_str() + 13, nullptr );
-    return std::numeric_limits<Real>::infinity();
+    return std::numeric_limits<double>::infinity();
 }
 
-std::string formatBytes( const Real bytes )
+std::string formatBytes( const double bytes )
 {
-    constexpr Real mega = 1 << 20;
+    constexpr double mega = 1 << 20;
     return bytes < 1000 * mega
                ? fmt::format( "{:.3g} MiB", bytes / mega )
                : fmt::format( "{:.3g} GiB", bytes / mega / 1024 );
 }
 
 //! Bytes of an output, uncompressed.
-Real outputBytes( const Json& input, const Real particles )
+double outputBytes( const Json& input, const double particles )
 {
-    const Real dim = input.at( "dimension" );
+    const double dim = input.at( "dimension" );
     const auto& output = input.at( "output" );
-    Real bytes = 0;
+    double bytes = 0;
     if ( output.at( "particles" ) )
         bytes += 8 * ( 2 * dim + 5 ) * particles;
     if ( output.at( "grid" ) )
@@ -231,36 +231,36 @@ Real outputBytes( const Json& input, const Real particles )
 
 } // namespace
 
-Forecast forecast( const std::vector<Rung>& rungs, const Real fineness,
-                   const Real first, const Calibration& calibration )
+Forecast forecast( const std::vector<Rung>& rungs, const double fineness,
+                   const double first, const Calibration& calibration )
 {
     const auto& finest = rungs.back();
     const auto& costs = finest.costs;
-    const auto steps = static_cast<Real>( costs.size() );
-    Real slope = std::max( 0.0, steps - finest.fixed ) / finest.fineness;
+    const auto steps = static_cast<double>( costs.size() );
+    double slope = std::max( 0.0, steps - finest.fixed ) / finest.fineness;
     if ( rungs.size() > 1 )
     {
         const auto& coarser = rungs[rungs.size() - 2];
-        const Real finer = finest.fineness - coarser.fineness;
-        const Real more = steps - static_cast<Real>( coarser.costs.size() );
+        const double finer = finest.fineness - coarser.fineness;
+        const double more = steps - static_cast<double>( coarser.costs.size() );
         if ( finer > 0 )
             slope = std::clamp( more / finer, slope, steps / finest.fineness );
     }
     // The part of the finest rung that the calibration is of the run.
-    const Real time = calibration.costs.back().time;
+    const double time = calibration.costs.back().time;
     const auto seen = std::count_if( costs.begin(), costs.end(),
                                      [&]( const StepCost& cost )
                                      { return cost.time <= time; } );
     const auto part =
         std::min( costs.size(), std::max( calibration_steps,
                                           static_cast<std::size_t>( seen ) ) );
-    const Real slowdown =
+    const double slowdown =
         medianRate( costs, costs.size() ) / medianRate( costs, part );
-    const Real scale = first / static_cast<Real>( finest.first );
+    const double scale = first / static_cast<double>( finest.first );
     Forecast result;
     result.steps = std::round( steps + slope * ( fineness - finest.fineness ) );
-    result.last = scale * static_cast<Real>( finest.last );
-    result.most = scale * static_cast<Real>( finest.most );
+    result.last = scale * static_cast<double>( finest.last );
+    result.most = scale * static_cast<double>( finest.most );
     result.seconds = result.steps * scale * sumOfParticles( costs ) / steps *
                      rate( calibration ) * slowdown;
     return result;
@@ -271,7 +271,7 @@ namespace
 
 //! As if the finest rung were the run: by which factor would its time have been
 //! foretold wrongly, less 1?
-Real doubtOf( const std::vector<Rung>& rungs )
+double doubtOf( const std::vector<Rung>& rungs )
 {
     if ( rungs.size() < 2 )
         return least_doubt;
@@ -281,8 +281,8 @@ Real doubtOf( const std::vector<Rung>& rungs )
         std::min( finest.costs.size(), calibration_steps ) );
     const auto told =
         forecast( { rungs.begin(), rungs.end() - 1 }, finest.fineness,
-                  static_cast<Real>( finest.first ), calibration );
-    const Real real = sumOfSeconds( finest.costs );
+                  static_cast<double>( finest.first ), calibration );
+    const double real = sumOfSeconds( finest.costs );
     return std::max(
         { least_doubt, told.seconds / real - 1, real / told.seconds - 1 } );
 }
@@ -293,15 +293,16 @@ Real doubtOf( const std::vector<Rung>& rungs )
   \param bytes that the finest rung took
 */
 Calibration calibration( const Communicator& ranks, const Json& input,
-                         const Rung& finest, const Real bytes )
+                         const Rung& finest, const double bytes )
 {
-    const Real free = -ranks.max( -availableMemory() );
-    const Real step = finest.seconds / static_cast<Real>( finest.costs.size() );
+    const double free = -ranks.max( -availableMemory() );
+    const double step =
+        finest.seconds / static_cast<double>( finest.costs.size() );
     for ( std::int64_t factor = 1;; factor *= 2 )
     {
         const auto coarse = factor > 1 ? coarsened( input, factor ) : input;
-        const Real larger = cellCount( coarse.at( "grid" ).at( "cells" ) ) /
-                            cellCount( finest.cells );
+        const double larger = cellCount( coarse.at( "grid" ).at( "cells" ) ) /
+                              cellCount( finest.cells );
         if ( larger <= 1 )
             return finest;
         if ( 3 * step * larger < longest_calibration &&
@@ -317,22 +318,22 @@ ExitCode dryRun( const Json& input )
     const Communicator ranks;
     Kokkos::Timer timer;
     auto memory = [&]
-    { return ranks.sum( static_cast<Real>( peakMemory() ) ); };
-    const Real base = memory();
+    { return ranks.sum( static_cast<double>( peakMemory() ) ); };
+    const double base = memory();
     const auto rungs = ladder( ranks, input );
     const auto first_steps =
         calibration( ranks, input, rungs.back(), memory() - base );
-    const Real larger = cellCount( input.at( "grid" ).at( "cells" ) ) /
-                        cellCount( first_steps.cells );
-    const Real first = larger * static_cast<Real>( first_steps.first );
+    const double larger = cellCount( input.at( "grid" ).at( "cells" ) ) /
+                          cellCount( first_steps.cells );
+    const double first = larger * static_cast<double>( first_steps.first );
     const auto told = forecast( rungs, fineness( input ), first, first_steps );
-    const Real doubt = 1 + doubtOf( rungs );
-    const Real most =
+    const double doubt = 1 + doubtOf( rungs );
+    const double most =
         std::max_element( first_steps.costs.begin(), first_steps.costs.end(),
                           []( const StepCost& a, const StepCost& b )
                           { return a.particles < b.particles; } )
             ->particles;
-    const Real bytes =
+    const double bytes =
         base + ( memory() - base ) * std::max( 1.0, told.most / most );
     const auto written = outputCount( input );
     if ( !ranks.isRoot() )
@@ -361,7 +362,7 @@ ExitCode dryRun( const Json& input )
                formatBytes( told.most * first_steps.bytes_per_particle ) ) );
     print( "output",
            fmt::format( "{} times, {}", written,
-                        formatBytes( static_cast<Real>( written ) *
+                        formatBytes( static_cast<double>( written ) *
                                      outputBytes( input, told.most ) ) ) );
     print( "this took", formatSeconds( timer.seconds() ) );
     return finished;

@@ -17,24 +17,25 @@ struct Calibration
     std::vector<std::int64_t> cells; //!< [Dim]
     std::int64_t first = 0;          //!< particles at the start, of all ranks
     std::vector<StepCost> costs;     //!< at least one
-    Real bytes_per_particle = 0;
+    double bytes_per_particle = 0;
 };
 
 //! All steps of a run on a coarser grid.
 struct Rung : Calibration
 {
-    Real fineness = 0; //!< 1 / smallest spacing, 1/length
-    Real fixed = 0; //!< steps whatever the grid: of start and outputs, at most
+    double fineness = 0; //!< 1 / smallest spacing, 1/length
+    double fixed =
+        0; //!< steps whatever the grid: of start and outputs, at most
     std::int64_t last = 0, most = 0; //!< particles, of all ranks
-    Real seconds = 0;                //!< set-up included
+    double seconds = 0;              //!< set-up included
 };
 
 //! What a run is expected to be.
 struct Forecast
 {
-    Real steps = 0;
-    Real last = 0, most = 0; //!< particles
-    Real seconds = 0;        //!< of all steps
+    double steps = 0;
+    double last = 0, most = 0; //!< particles
+    double seconds = 0;        //!< of all steps
 };
 
 /*!
@@ -50,8 +51,8 @@ struct Forecast
   \param fineness of the grid, 1/length
   \param first particles at the start
 */
-Forecast forecast( const std::vector<Rung>& rungs, Real fineness, Real first,
-                   const Calibration& calibration );
+Forecast forecast( const std::vector<Rung>& rungs, double fineness,
+                   double first, const Calibration& calibration );
 
 /*!
   \brief Prints the time, steps, particles, memory and output that a run of the

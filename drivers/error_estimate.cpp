@@ -13,8 +13,8 @@
 namespace Machpoint
 {
 
-Extrapolation extrapolate( const Real near, const std::optional<Real> far,
-                           const Real ratio )
+Extrapolation extrapolate( const double near, const std::optional<double> far,
+                           const double ratio )
 {
     Extrapolation result;
     if ( far && *far > 0 && near > 0 )
@@ -42,7 +42,7 @@ struct Companion
     std::string message; //!< why there are none
 };
 
-Companion runCompanion( const Json& input, const Real time,
+Companion runCompanion( const Json& input, const double time,
                         const IsStopped& stop, Json& list )
 {
     const Communicator ranks;
@@ -77,14 +77,14 @@ Companion runCompanion( const Json& input, const Real time,
 
 //! A velocity, integrated over the domain, that is round-off beside the speed
 //! of sound. \param fields as fieldDifferences has them
-Real restVelocity( const std::vector<FieldDifference>& fields,
-                   const Json& input )
+double restVelocity( const std::vector<FieldDifference>& fields,
+                     const Json& input )
 {
     const auto& grid = input.at( "grid" );
-    Real volume = 1;
+    double volume = 1;
     for ( std::size_t d = 0; d < grid.at( "lower" ).size(); ++d )
-        volume *= grid.at( "upper" ).at( d ).get<Real>() -
-                  grid.at( "lower" ).at( d ).get<Real>();
+        volume *= grid.at( "upper" ).at( d ).get<double>() -
+                  grid.at( "lower" ).at( d ).get<double>();
     return least_error * volume * std::sqrt( fields[2].size / fields[0].size );
 }
 
@@ -100,7 +100,7 @@ void requireCompanions( const Json& input )
     makeCompanion( coarse, estimate_error );
 }
 
-Json estimateError( const Json& input, const GridData& fine, const Real time,
+Json estimateError( const Json& input, const GridData& fine, const double time,
                     const IsStopped& stop )
 {
     const Communicator ranks;
@@ -127,9 +127,9 @@ Json estimateError( const Json& input, const GridData& fine, const Real time,
     if ( quarter && quarter->fields )
         far =
             fieldDifferences( *quarter->fields, *half.fields, quarter->input );
-    const Real ratio = static_cast<Real>( resolution( input ) ) /
-                       static_cast<Real>( resolution( half.input ) );
-    const Real rest = restVelocity( near, input );
+    const double ratio = static_cast<double>( resolution( input ) ) /
+                         static_cast<double>( resolution( half.input ) );
+    const double rest = restVelocity( near, input );
     for ( std::size_t f = 0; f < near.size(); ++f )
     {
         const auto& [error, size] = near[f];
@@ -144,7 +144,7 @@ Json estimateError( const Json& input, const GridData& fine, const Real time,
                 { "observed_order", nullptr } };
             continue;
         }
-        std::optional<Real> farther;
+        std::optional<double> farther;
         if ( !far.empty() )
             farther = far[f].error.L1;
         const auto e = extrapolate( error.L1, farther, ratio );

@@ -17,9 +17,9 @@ namespace Machpoint
 //! The error of the finest of two or three grids.
 struct Extrapolation
 {
-    Real error = 0;
-    Real order = 1;               //!< that the error was computed with
-    std::optional<Real> observed; //!< order, of three grids
+    double error = 0;
+    double order = 1;               //!< that the error was computed with
+    std::optional<double> observed; //!< order, of three grids
 };
 
 /*!
@@ -32,7 +32,8 @@ struct Extrapolation
   far how far the coarsest is from that one; none without it \param ratio of the
   spacings of two neighbouring grids, > 1
 */
-Extrapolation extrapolate( Real near, std::optional<Real> far, Real ratio );
+Extrapolation extrapolate( double near, std::optional<double> far,
+                           double ratio );
 
 /*!
   \brief Can companion runs be made of this input? Collective.
@@ -49,7 +50,7 @@ void requireCompanions( const Json& input );
   run's grid data, own blocks \param time of the data \return `error_estimate`
   of the summary; on all ranks but the root without what the fields tell
 */
-Json estimateError( const Json& input, const GridData& fine, Real time,
+Json estimateError( const Json& input, const GridData& fine, double time,
                     const IsStopped& stop );
 
 } // namespace Machpoint

@@ -74,10 +74,12 @@ GridData wholeGrid( const Communicator& ranks, const GridData& own )
 
 GridFields::GridFields( const GridData& whole )
     : _lower( whole.lower ), _spacing( whole.spacing ),
-      _shape( whole.shape.rbegin(), whole.shape.rend() ),
-      _fields(
-          { whole.density, whole.pressure, whole.specific_internal_energy } )
+      _shape( whole.shape.rbegin(), whole.shape.rend() ), _fields( 3 )
 {
+    _fields[0].assign( whole.density.begin(), whole.density.end() );
+    _fields[1].assign( whole.pressure.begin(), whole.pressure.end() );
+    _fields[2].assign( whole.specific_internal_energy.begin(),
+                       whole.specific_internal_energy.end() );
     const std::size_t dim = _shape.size();
     const std::size_t nodes = whole.density.size();
     for ( std::size_t d = 0; d < dim; ++d )
@@ -88,25 +90,25 @@ GridFields::GridFields( const GridData& whole )
     }
 }
 
-std::vector<Real> GridFields::at( const std::array<Real, 3>& x ) const
+std::vector<double> GridFields::at( const std::array<double, 3>& x ) const
 {
     const std::size_t dim = _shape.size();
     std::array<std::size_t, 3> first{};
-    std::array<Real, 3> part{};
+    std::array<double, 3> part{};
     for ( std::size_t d = 0; d < dim; ++d )
     {
         // Beyond the outermost nodes their value holds.
-        const Real last = static_cast<Real>( _shape[d] - 1 );
-        const Real place =
+        const double last = static_cast<double>( _shape[d] - 1 );
+        const double place =
             std::clamp( ( x[d] - _lower[d] ) / _spacing[d], 0.0, last );
         first[d] = std::min( static_cast<std::size_t>( place ),
                              _shape[d] - ( _shape[d] > 1 ? 2 : 1 ) );
-        part[d] = place - static_cast<Real>( first[d] );
+        part[d] = place - static_cast<double>( first[d] );
     }
-    std::vector<Real> values( _fields.size(), 0.0 );
+    std::vector<double> values( _fields.size(), 0.0 );
     for ( std::size_t corner = 0; corner < ( 1u << dim ); ++corner )
     {
-        Real weight = 1;
+        double weight = 1;
         std::size_t node = 0;
         for ( std::size_t d = dim; d-- > 0; )
         {
@@ -130,14 +132,14 @@ std::vector<FieldDifference> fieldDifferences( const GridFields& coarse,
 {
     const auto& grid = input.at( "grid" );
     const std::vector<std::int64_t> cells = grid.at( "cells" );
-    const std::vector<Real> lower = grid.at( "lower" );
-    const std::vector<Real> upper = grid.at( "upper" );
+    const std::vector<double> lower = grid.at( "lower" );
+    const std::vector<double> upper = grid.at( "upper" );
     std::int64_t count = 1;
-    Real volume = 1; // of a cell
+    double volume = 1; // of a cell
     for ( std::size_t d = 0; d < cells.size(); ++d )
     {
         count *= cells[d];
-        volume *= ( upper[d] - lower[d] ) / static_cast<Real>( cells[d] );
+        volume *= ( upper[d] - lower[d] ) / static_cast<double>( cells[d] );
     }
 
     std::vector<FieldDifference> fields( 4 );
@@ -147,25 +149,25 @@ std::vector<FieldDifference> fieldDifferences( const GridFields& coarse,
         fields[f].error.field = names[f];
     for ( std::int64_t cell = 0; cell < count; ++cell )
     {
-        std::array<Real, 3> x{};
+        std::array<double, 3> x{};
         auto rest = cell;
         for ( std::size_t d = 0; d < cells.size(); ++d )
         {
             x[d] =
                 lower[d] + ( upper[d] - lower[d] ) *
-                               ( static_cast<Real>( rest % cells[d] ) + .5 ) /
-                               static_cast<Real>( cells[d] );
+                               ( static_cast<double>( rest % cells[d] ) + .5 ) /
+                               static_cast<double>( cells[d] );
             rest /= cells[d];
         }
         const auto a = coarse.at( x ), b = fine.at( x );
         if ( a.empty() || b.empty() )
             continue;
         // Components of the velocity come last.
-        std::array<Real, 4> difference{ std::abs( a[0] - b[0] ), 0,
-                                        std::abs( a[1] - b[1] ),
-                                        std::abs( a[2] - b[2] ) };
-        std::array<Real, 4> value{ std::abs( b[0] ), 0, std::abs( b[1] ),
-                                   std::abs( b[2] ) };
+        std::array<double, 4> difference{ std::abs( a[0] - b[0] ), 0,
+                                          std::abs( a[1] - b[1] ),
+                                          std::abs( a[2] - b[2] ) };
+        std::array<double, 4> value{ std::abs( b[0] ), 0, std::abs( b[1] ),
+                                     std::abs( b[2] ) };
         for ( std::size_t f = 3; f < a.size(); ++f )
         {
             difference[1] = std::hypot( difference[1], a[f] - b[f] );

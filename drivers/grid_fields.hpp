@@ -28,19 +28,19 @@ class GridFields
 
     //! Density, pressure, energy, velocity [3 + Dim], linearly interpolated;
     //! empty where a node beside the place has no gas. \param x [Dim]
-    std::vector<Real> at( const std::array<Real, 3>& x ) const;
+    std::vector<double> at( const std::array<double, 3>& x ) const;
 
   private:
-    std::vector<Real> _lower, _spacing;
-    std::vector<std::size_t> _shape;        // x first
-    std::vector<std::vector<Real>> _fields; // [fields][nodes]
+    std::vector<double> _lower, _spacing;
+    std::vector<std::size_t> _shape;          // x first
+    std::vector<std::vector<double>> _fields; // [fields][nodes]
 };
 
 //! How far one run's field is from another's, and how large that is.
 struct FieldDifference
 {
     FieldError error;
-    Real size = 0; //!< |field| of the other run, integrated over the domain
+    double size = 0; //!< |field| of the other run, integrated over the domain
 };
 
 /*!

@@ -219,6 +219,10 @@ class Checker
         checkMethod();
         checkGrid();
         checkParticles();
+        if ( is_single && _input.at( "reproducible" ) )
+            error( "/reproducible",
+                   "such sums are of doubles: build with "
+                   "Machpoint_PRECISION=double, or give false" );
         checkPhysics();
         checkInitial();
         checkBoundary();
@@ -268,6 +272,9 @@ class Checker
         }
     }
 
+    //! Largest rounding of a position, in cells.
+    static constexpr double widest_rounding = 5e-3;
+
     void checkGrid()
     {
         const auto& grid = _input.at( "grid" );
@@ -298,6 +305,23 @@ class Checker
                         "along each axis, got {}",
                         _input.at( "method" ).at( "name" ).get<std::string>(),
                         basis.get<std::string>(), least, cells ) );
+            const double rounding =
+                std::max( std::abs( lower ), std::abs( upper ) ) *
+                std::numeric_limits<Real>::epsilon();
+            const double spacing =
+                ( upper - lower ) / static_cast<double>( cells );
+            if ( !( rounding < widest_rounding * spacing ) )
+                error( fmt::format( "/grid/cells/{}", d ),
+                       fmt::format(
+                           "{} cells are too many for positions in {} "
+                           "precision, which are known to {:.2g} of a cell "
+                           "here, and {:g} is asked for: take fewer cells, put "
+                           "the domain nearer to 0{}",
+                           cells, precision_name, rounding / spacing,
+                           widest_rounding,
+                           is_single ? ", or build with "
+                                       "Machpoint_PRECISION=double"
+                                     : "" ) );
             places *= static_cast<double>( cells );
         }
         const int ranks = Communicator().size();

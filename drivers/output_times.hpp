@@ -22,29 +22,29 @@ class OutputTimes
   public:
     //! \param input resolved \param time of the run: outputs up to then are
     //! past
-    OutputTimes( const Json& input, const Real time )
+    OutputTimes( const Json& input, const double time )
         : _end( input.at( "time" ).at( "end" ) ),
           _every( input.at( "output" ).value( "every", _end ) ),
           _number( std::max(
               std::int64_t( 1 ),
               static_cast<std::int64_t>( std::floor( time / _every ) ) - 1 ) )
     {
-        while ( _every * static_cast<Real>( _number ) <= time )
+        while ( _every * static_cast<double>( _number ) <= time )
             ++_number;
     }
 
     //! A time that rounding puts just before the end is the end.
-    Real next() const
+    double next() const
     {
-        const Real planned = _every * static_cast<Real>( _number );
+        const double planned = _every * static_cast<double>( _number );
         return planned < _end * ( 1 - 1e-12 ) ? planned : _end;
     }
     //! The next one is reached.
     void pass() { ++_number; }
 
   private:
-    Real _end;
-    Real _every;
+    double _end;
+    double _every;
     std::int64_t _number; // of the next output
 };
 

@@ -39,8 +39,9 @@ Requests::Requests( const Communicator& ranks, const Json& checkpoint,
                     std::filesystem::path stop_file )
     : _ranks( ranks ),
       _every_steps( optional<std::int64_t>( checkpoint, "every_steps" ) ),
-      _every_time( optional<Real>( checkpoint, "every_time" ) ),
-      _every_wall_seconds( optional<Real>( checkpoint, "every_wall_seconds" ) ),
+      _every_time( optional<double>( checkpoint, "every_time" ) ),
+      _every_wall_seconds(
+          optional<double>( checkpoint, "every_wall_seconds" ) ),
       _stop_file( std::move( stop_file ) )
 {
     stop_signal = 0;
@@ -57,7 +58,7 @@ Requests::~Requests()
     std::signal( SIGUSR1, _usr1 );
 }
 
-void Requests::start( const Real time )
+void Requests::start( const double time )
 {
     _time = time;
     _clock.reset();

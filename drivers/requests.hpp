@@ -42,7 +42,7 @@ class Requests
         return _every_steps || _every_time || _every_wall_seconds;
     }
     //! The run starts, or goes on, at this time.
-    void start( Real time );
+    void start( double time );
     //! What is due after a step. Collective, and the same on all ranks.
     Request next( const Simulation& simulation );
     //! A checkpoint is written: the clock starts anew.
@@ -57,11 +57,11 @@ class Requests
 
     const Communicator& _ranks;
     std::optional<std::int64_t> _every_steps;
-    std::optional<Real> _every_time;
-    std::optional<Real> _every_wall_seconds;
+    std::optional<double> _every_time;
+    std::optional<double> _every_wall_seconds;
     std::filesystem::path _stop_file;
     std::string _reason;
-    Real _time = 0; // of the last step
+    double _time = 0; // of the last step
     Kokkos::Timer _clock;
     void ( *_int )( int );
     void ( *_term )( int );

@@ -36,7 +36,7 @@ class Progress
 {
   public:
     //! \param begin, end times \param updates before this run went on
-    Progress( const bool quiet, const Real begin, const Real end,
+    Progress( const bool quiet, const double begin, const double end,
               const std::int64_t updates )
         : _quiet( quiet ), _terminal( isatty( STDERR_FILENO ) ),
           _begin( begin ), _end( end ), _updates( updates ),
@@ -46,14 +46,14 @@ class Progress
 
     void show( const Simulation& s, const bool last )
     {
-        const Real now = _timer.seconds();
+        const double now = _timer.seconds();
         // Often enough to see that it lives, seldom enough not to fill a log.
         if ( _quiet || ( !last && now - _shown < ( _terminal ? 0.2 : 10 ) ) )
             return;
-        const Real done = s.time() / _end;
+        const double done = s.time() / _end;
         const std::int64_t moved = _updates - _updates_shown;
-        const Real rate =
-            now > _shown ? static_cast<Real>( moved ) / ( now - _shown ) : 0;
+        const double rate =
+            now > _shown ? static_cast<double>( moved ) / ( now - _shown ) : 0;
         fmt::print(
             stderr,
             "{}step {} | t {:.6g} / {:.6g} ({:.1f} %) | dt {:.3g} by {} | "
@@ -75,9 +75,9 @@ class Progress
   private:
     bool _quiet;
     bool _terminal;
-    Real _begin, _end;
+    double _begin, _end;
     Kokkos::Timer _timer;
-    Real _shown = 0;
+    double _shown = 0;
     std::int64_t _updates;
     std::int64_t _updates_shown;
 };
@@ -85,16 +85,24 @@ class Progress
 std::vector<Dataset> particleDatasets( const ParticleData& data, const int dim )
 {
     const std::size_t n = data.mass.size();
-    const std::size_t d = dim;
-    return { { "position", { n, d }, data.position.data() },
-             { "velocity", { n, d }, data.velocity.data() },
-             { "mass", { n }, data.mass.data() },
-             { "density", { n }, data.density.data() },
-             { "pressure", { n }, data.pressure.data() },
-             { "specific_internal_energy",
-               { n },
-               data.specific_internal_energy.data() },
-             { "id", { n }, data.id.data(), Dataset::Type::integer } };
+    auto scalar = [&]<class T>( const char* name, const std::vector<T>& values )
+    {
+        return Dataset{ name, { n }, values.data(), datasetType<T>() };
+    };
+    auto vector = [&]( const char* name, const std::vector<Real>& values )
+    {
+        auto dataset = scalar( name, values );
+        dataset.shape.push_back( dim );
+        return dataset;
+    };
+    return {
+        vector( "position", data.position ),
+        vector( "velocity", data.velocity ),
+        scalar( "mass", data.mass ),
+        scalar( "density", data.density ),
+        scalar( "pressure", data.pressure ),
+        scalar( "specific_internal_energy", data.specific_internal_energy ),
+        scalar( "id", data.id ) };
 }
 
 std::vector<Dataset> gridDatasets( const GridData& data, const int dim )
@@ -123,14 +131,14 @@ void writeExactProfile( OutputDirectory& directory, const Simulation& s,
                         const ExactSolution& exact, const Json& input )
 {
     constexpr std::size_t points = 2001;
-    const Real lower = input.at( "grid" ).at( "lower" ).at( 0 );
-    const Real upper = input.at( "grid" ).at( "upper" ).at( 0 );
-    std::vector<Real> x( points ), rho( points ), v( points ), p( points ),
+    const double lower = input.at( "grid" ).at( "lower" ).at( 0 );
+    const double upper = input.at( "grid" ).at( "upper" ).at( 0 );
+    std::vector<double> x( points ), rho( points ), v( points ), p( points ),
         e( points );
     for ( std::size_t k = 0; k < points; ++k )
     {
-        x[k] = lower + ( upper - lower ) * static_cast<Real>( k ) /
-                           static_cast<Real>( points - 1 );
+        x[k] = lower + ( upper - lower ) * static_cast<double>( k ) /
+                           static_cast<double>( points - 1 );
         const auto state = exact.state( { x[k], 0, 0 }, s.time() );
         rho[k] = state.density;
         v[k] = state.velocity[0];
@@ -237,7 +245,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     Kokkos::Timer timer;
     const auto scene = input.at( "scene" ).get<std::string>();
     const int dim = input.at( "dimension" );
-    const Real end = input.at( "time" ).at( "end" );
+    const double end = input.at( "time" ).at( "end" );
     const auto& output = input.at( "output" );
     const bool writes_particles = output.at( "particles" );
     const bool writes_grid = output.at( "grid" );
@@ -308,7 +316,7 @@ ExitCode run( const Json& input, const RunOptions& options )
         write();
         written = simulation->steps();
     }
-    const Real seconds_before = facts.wall_seconds;
+    const double seconds_before = facts.wall_seconds;
     ExitCode code = finished;
     Progress progress( options.quiet || !ranks.isRoot(), simulation->time(),
                        end, facts.particle_updates );
@@ -340,7 +348,7 @@ ExitCode run( const Json& input, const RunOptions& options )
         while ( simulation->time() < end &&
                 simulation->steps() < options.max_steps )
         {
-            const Real next = outputs.next();
+            const double next = outputs.next();
             simulation->step( next );
             progress.count( simulation->particles() );
             progress.show( *simulation, false );
@@ -403,7 +411,7 @@ ExitCode run( const Json& input, const RunOptions& options )
             fmt::print( stderr, "machpoint: runs coarser grids to estimate the "
                                 "error\n" );
         const auto fine = simulation->gridData();
-        const Real time = simulation->time();
+        const double time = simulation->time();
         simulation.reset(); // makes room
         summary["error_estimate"] =
             estimateError( input, fine, time,

@@ -63,7 +63,7 @@ StudyRow newRow( const StudyRun& run, const Json& probes )
 struct Target
 {
     std::string name;
-    Real value = 0;
+    double value = 0;
 };
 
 Target parseTarget( const std::string& text, const Study& study )
@@ -93,11 +93,11 @@ Target parseTarget( const std::string& text, const Study& study )
 }
 
 //! \return seconds
-Real parseBudget( const std::string& text )
+double parseBudget( const std::string& text )
 {
     char* end = nullptr;
-    const Real number = std::strtod( text.c_str(), &end );
-    const std::map<std::string, Real> units = {
+    const double number = std::strtod( text.c_str(), &end );
+    const std::map<std::string, double> units = {
         { "", 1 }, { "s", 1 }, { "min", 60 }, { "h", 3600 } };
     const auto unit = units.find( end );
     if ( text.empty() || unit == units.end() || !( number > 0 ) ||
@@ -138,7 +138,11 @@ class Laboratory
         return std::count_if(
             _rows.begin(), _rows.end(),
             []( const StudyRow& row )
-            { return row.record.value( "revision", revision ) != revision; } );
+            {
+                return row.record.value( "revision", revision ) != revision ||
+                       row.record.value( "precision", precision_name ) !=
+                           precision_name;
+            } );
     }
 
     //! Makes all runs, in rounds, so that whatever slows the machine for a
@@ -172,7 +176,7 @@ class Laboratory
                 return std::nullopt;
         if ( !judgeProof( row, settings ) )
             return std::nullopt;
-        const Real real = row.error( error );
+        const double real = row.error( error );
         const Json proof = {
             { "request", request },
             { "error", error },
@@ -298,6 +302,7 @@ class Laboratory
             return false;
         auto& record = row.record;
         record["revision"] = revision;
+        record["precision"] = precision_name;
         record["exit_code"] = result.code;
         if ( result.code != finished )
         {
@@ -310,7 +315,7 @@ class Laboratory
         }
         const Json summary =
             Json::parse( readFile( ( folder / "summary.json" ).string() ) );
-        const Real seconds = summary.at( "wall_seconds" );
+        const double seconds = summary.at( "wall_seconds" );
         record["status"] = "finished";
         record["wall_rounds"].push_back( seconds );
         record["cpu_rounds"].push_back( result.cpu_seconds );
@@ -373,12 +378,13 @@ class Laboratory
         if ( record.contains( "values" ) )
             for ( const auto& value : record.at( "values" ).items() )
             {
-                const Real before =
+                const double before =
                     whole.record.at( "values" ).at( value.key() );
                 record["errors"][fmt::format( "{}.change", value.key() )] =
-                    before != 0 ? Json( std::abs(
-                                      value.value().get<Real>() / before - 1 ) )
-                                : Json();
+                    before != 0
+                        ? Json( std::abs( value.value().get<double>() / before -
+                                          1 ) )
+                        : Json();
             }
         record["compared_to"] = id;
     }
@@ -388,7 +394,7 @@ class Laboratory
         const StudyRow* next = nullptr;
         for ( const auto& other : _rows )
         {
-            const Real cells = cellCount( other.run.cells() );
+            const double cells = cellCount( other.run.cells() );
             if ( other.run.line == row.run.line && !other.isFailed() &&
                  cells > cellCount( row.run.cells() ) &&
                  ( !next || cells < cellCount( next->run.cells() ) ) )
@@ -433,7 +439,7 @@ class Laboratory
     static Json distance( const Json& a, const Json& b )
     {
         return a.is_number() && b.is_number()
-                   ? Json( std::abs( a.get<Real>() - b.get<Real>() ) )
+                   ? Json( std::abs( a.get<double>() - b.get<double>() ) )
                    : Json();
     }
 
@@ -492,7 +498,7 @@ class Adviser
     }
 
     //! The fastest run with such an error.
-    ExitCode reach( const Real target )
+    ExitCode reach( const double target )
     {
         return advise(
             fmt::format( "{}={:g}", _error, target ), "the fastest run",
@@ -503,9 +509,9 @@ class Adviser
     }
 
     //! The most accurate run within such a time.
-    ExitCode spend( const Real budget )
+    ExitCode spend( const double budget )
     {
-        Real used = 0;
+        double used = 0;
         const auto code = advise(
             fmt::format( "{:g}s", budget ), "the most accurate run",
             [&]( const auto& lines ) { return mostAccurate( lines, budget ); },
@@ -521,7 +527,7 @@ class Adviser
     }
 
   private:
-    static constexpr Real infinity = std::numeric_limits<Real>::infinity();
+    static constexpr double infinity = std::numeric_limits<double>::infinity();
     //! How often a run that misses teaches the fits before they give up.
     static constexpr int attempts = 4;
     static inline const std::string trust = fmt::format(
@@ -600,9 +606,9 @@ class Adviser
 
     void compare( const Candidate& predicted, const StudyRow& real ) const
     {
-        const Real seconds = real.record.at( "seconds" );
-        const Real error = real.error( _error );
-        auto difference = []( const Real a, const Real b )
+        const double seconds = real.record.at( "seconds" );
+        const double error = real.error( _error );
+        auto difference = []( const double a, const double b )
         { return fmt::format( "{:+.0f} %", 100 * ( b / a - 1 ) ); };
         auto show = [&]( const char* head, const std::string& time,
                          const std::string& value )
@@ -637,7 +643,7 @@ ExitCode runStudy( const std::string& file, const StudyOptions& options )
     std::optional<Target> target;
     if ( !options.target.empty() )
         target = parseTarget( options.target, study );
-    std::optional<Real> budget;
+    std::optional<double> budget;
     if ( !options.budget.empty() )
         budget = parseBudget( options.budget );
     if ( options.dry_run )
@@ -656,7 +662,7 @@ ExitCode runStudy( const std::string& file, const StudyOptions& options )
     Laboratory laboratory( study, folder );
     if ( const auto foreign = laboratory.foreignRows() )
         fmt::print( stderr,
-                    "machpoint: {} runs in {} are of another revision and "
+                    "machpoint: {} runs in {} are of another build and "
                     "kept; to make them anew, remove the directory\n",
                     foreign, folder.string() );
     if ( !laboratory.runAll() )

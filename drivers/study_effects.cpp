@@ -70,7 +70,7 @@ Json price( const Json& whole, const Json& without )
     Json price;
     for ( const auto* key : { "seconds", "kernels", "steps", "array_bytes" } )
         price[key] =
-            whole.at( key ).get<Real>() - without.at( key ).get<Real>();
+            whole.at( key ).get<double>() - without.at( key ).get<double>();
     return price;
 }
 
@@ -80,8 +80,8 @@ Json ownCost( const Json& record, const std::string& effect )
     for ( const auto& entry : record.at( "effects" ) )
         if ( entry.at( "name" ) == effect )
             return { { "kernels", entry.at( "kernels" ) },
-                     { "seconds", entry.at( "share" ).get<Real>() *
-                                      record.at( "seconds" ).get<Real>() },
+                     { "seconds", entry.at( "share" ).get<double>() *
+                                      record.at( "seconds" ).get<double>() },
                      { "bytes", entry.at( "bytes" ) } };
     return nullptr;
 }
@@ -99,14 +99,14 @@ std::vector<std::string> resultNames( const Study& study )
     return names;
 }
 
-std::string number( const Real value )
+std::string number( const double value )
 {
     return std::isnan( value ) ? "-" : fmt::format( "{:.2e}", value );
 }
 
-std::string signedBytes( const Real bytes )
+std::string signedBytes( const double bytes )
 {
-    const Real size = std::abs( bytes );
+    const double size = std::abs( bytes );
     return size < 1024      ? fmt::format( "{:+.0f} B", bytes )
            : size < 1048576 ? fmt::format( "{:+.3g} KiB", bytes / 1024 )
                             : fmt::format( "{:+.3g} MiB", bytes / 1048576 );
@@ -122,17 +122,17 @@ std::string heading( const std::string& name )
 }
 
 //! A number with its sign; what rounds to nothing is +0.
-std::string signedNumber( const Real value, const int digits )
+std::string signedNumber( const double value, const int digits )
 {
-    const Real unit = std::pow( 10, -digits );
+    const double unit = std::pow( 10, -digits );
     return fmt::format( "{:+.{}f}", std::abs( value ) < 0.5 * unit ? 0 : value,
                         digits );
 }
 
-Real kernelsPerStep( const StudyRow& row )
+double kernelsPerStep( const StudyRow& row )
 {
-    return row.record.at( "kernels" ).get<Real>() /
-           row.record.at( "steps" ).get<Real>();
+    return row.record.at( "kernels" ).get<double>() /
+           row.record.at( "steps" ).get<double>();
 }
 
 //! One line of the table. \param entry of effectsTable
@@ -140,14 +140,14 @@ Real kernelsPerStep( const StudyRow& row )
 std::string formatEntry( const Study& study, const Json& entry,
                          const StudyRow& whole, const StudyRow& row )
 {
-    const Real steps = whole.record.at( "steps" );
-    const Real whole_seconds = whole.record.at( "seconds" );
+    const double steps = whole.record.at( "steps" );
+    const double whole_seconds = whole.record.at( "seconds" );
     std::string kernels = "-", seconds = "-";
     if ( const auto& own = entry.at( "own" ); !own.is_null() )
     {
         kernels =
-            fmt::format( "{:.3g}", own.at( "kernels" ).get<Real>() / steps );
-        const Real time = own.at( "seconds" );
+            fmt::format( "{:.3g}", own.at( "kernels" ).get<double>() / steps );
+        const double time = own.at( "seconds" );
         seconds = fmt::format( "{:.3f} s {:>6.1f} %", time,
                                100 * time / whole_seconds );
     }
@@ -160,7 +160,7 @@ std::string formatEntry( const Study& study, const Json& entry,
     if ( !row.isFinished() )
         return fmt::format( "{}  not run yet\n", text );
     auto more = [&]( const char* key )
-    { return 0 - entry.at( "price" ).at( key ).get<Real>(); };
+    { return 0 - entry.at( "price" ).at( key ).get<double>(); };
     text += fmt::format(
         "{:>9}{:>11}{:>9}{:>11}{:>7}",
         signedNumber( kernelsPerStep( row ) - kernelsPerStep( whole ), 1 ),
@@ -225,8 +225,8 @@ void addRound( Json& effects, const Json& summary )
         auto& known = *entry;
         known["kernels"] = measured.at( "kernels" );
         known["bytes"] = measured.at( "bytes" );
-        known["shares"].push_back( measured.at( "seconds" ).get<Real>() /
-                                   summary.at( "wall_seconds" ).get<Real>() );
+        known["shares"].push_back( measured.at( "seconds" ).get<double>() /
+                                   summary.at( "wall_seconds" ).get<double>() );
         known["share"] = median( known.at( "shares" ) );
     }
 }
@@ -248,7 +248,7 @@ Json effectsTable( const Study& study, const std::vector<StudyRow>& rows )
                              : Json();
         for ( const auto& name : resultNames( study ) )
         {
-            const Real value = row->error( name );
+            const double value = row->error( name );
             entry["result"][name] =
                 std::isnan( value ) ? Json() : Json( value );
         }
@@ -257,12 +257,12 @@ Json effectsTable( const Study& study, const std::vector<StudyRow>& rows )
     return table;
 }
 
-Real timeNoise( const Study& study, const std::vector<StudyRow>& rows )
+double timeNoise( const Study& study, const std::vector<StudyRow>& rows )
 {
-    Real noise = 0;
+    double noise = 0;
     for ( const auto& row : rows )
     {
-        std::vector<Real> rounds = row.record.at(
+        std::vector<double> rounds = row.record.at(
             study.clock == Clock::wall ? "wall_rounds" : "cpu_rounds" );
         std::sort( rounds.begin(), rounds.end() );
         if ( rounds.size() > 1 )
@@ -283,14 +283,14 @@ std::string formatEffects( const Study& study,
         return fmt::format( "{}{}  {}\n", text, formatRow( whole, "" ),
                             whole.run.line );
     const auto& record = whole.record;
-    const Real error = whole.error( study.error );
+    const double error = whole.error( study.error );
     text += fmt::format(
         "as it is: {} cells, {} steps, {:.3g} kernels a step, {}, {:.3g} MiB "
         "of arrays{}\n\n",
         formatCells( whole.run.cells() ),
         record.at( "steps" ).get<std::int64_t>(), kernelsPerStep( whole ),
         formatSeconds( record.at( "seconds" ) ),
-        record.at( "array_bytes" ).get<Real>() / 1048576,
+        record.at( "array_bytes" ).get<double>() / 1048576,
         std::isnan( error )
             ? ""
             : fmt::format( ", {} {:.3e}", study.error, error ) );
@@ -311,7 +311,7 @@ std::string formatEffects( const Study& study,
     if ( isFieldError( study.error ) )
         text += fmt::format( "; {}: without it", study.error );
     text += ".\n";
-    if ( const Real noise = timeNoise( study, rows ); noise > 0 )
+    if ( const double noise = timeNoise( study, rows ); noise > 0 )
         text += fmt::format( "  The two fastest rounds of a run differ by up "
                              "to {:.3f} s: smaller differences are noise.\n",
                              noise );

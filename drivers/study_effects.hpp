@@ -53,7 +53,7 @@ Json effectsTable( const Study& study, const std::vector<StudyRow>& rows );
 
 //! What differences of time cannot be told from: the most by which the two
 //! fastest rounds of a run differ; 0 where there is one round.
-Real timeNoise( const Study& study, const std::vector<StudyRow>& rows );
+double timeNoise( const Study& study, const std::vector<StudyRow>& rows );
 
 //! Both for a terminal.
 std::string formatEffects( const Study& study,

@@ -63,10 +63,10 @@ Json seriesMeans( const fs::path& folder )
         std::string line;
         std::getline( stream, line );
         const auto columns = split( line );
-        std::vector<std::vector<Real>> rows;
+        std::vector<std::vector<double>> rows;
         while ( std::getline( stream, line ) )
         {
-            std::vector<Real> row;
+            std::vector<double> row;
             for ( const auto& word : split( line ) )
                 row.push_back( std::strtod( word.c_str(), nullptr ) );
             if ( row.size() != columns.size() )
@@ -76,12 +76,12 @@ Json seriesMeans( const fs::path& folder )
         }
         for ( std::size_t c = 1; c < columns.size(); ++c )
         {
-            Real sum = 0, time = 0;
+            double sum = 0, time = 0;
             for ( std::size_t r = 1; r < rows.size(); ++r )
                 if ( rows[r][0] > 0.5 * rows.back()[0] )
                 {
                     // A row tells of the step that ends at its time.
-                    const Real dt = rows[r][0] - rows[r - 1][0];
+                    const double dt = rows[r][0] - rows[r - 1][0];
                     sum += dt * rows[r][c];
                     time += dt;
                 }
@@ -98,7 +98,7 @@ std::vector<GridOutput> gridOutputs( const fs::path& folder )
     std::vector<GridOutput> outputs;
     for ( const auto& file : filesOf( folder / "grid", ".h5" ) )
         outputs.push_back(
-            { Hdf5Reader( file ).attribute<Real>( "time" ).at( 0 ), file } );
+            { Hdf5Reader( file ).attribute<double>( "time" ).at( 0 ), file } );
     if ( outputs.empty() )
         throw IoError( ( folder / "grid" ).string() +
                        ": holds no output; run the study anew" );
@@ -109,8 +109,8 @@ GridFields readGrid( const fs::path& file )
 {
     const Hdf5Reader reader( file );
     GridData data;
-    data.lower = reader.attribute<Real>( "lower" );
-    data.spacing = reader.attribute<Real>( "spacing" );
+    data.lower = reader.attribute<double>( "lower" );
+    data.spacing = reader.attribute<double>( "spacing" );
     data.shape = reader.shape( "density" );
     data.density = reader.read<Real>( "density" );
     data.pressure = reader.read<Real>( "pressure" );

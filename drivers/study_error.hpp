@@ -28,7 +28,7 @@ Json seriesMeans( const std::filesystem::path& folder );
 //! A grid output of a run.
 struct GridOutput
 {
-    Real time = 0;
+    double time = 0;
     std::filesystem::path file;
 };
 

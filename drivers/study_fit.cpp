@@ -48,11 +48,11 @@ std::optional<PowerLaw> fitPowerLaw( const std::vector<Point>& points )
     for ( const auto& point : points )
         if ( hasLogarithm( point ) )
             logs.push_back( { std::log( point.x ), std::log( point.y ) } );
-    const Real n = static_cast<Real>( logs.size() );
+    const double n = static_cast<double>( logs.size() );
     Point mean;
     for ( const auto& point : logs )
         mean = { mean.x + point.x / n, mean.y + point.y / n };
-    Real xx = 0, xy = 0;
+    double xx = 0, xy = 0;
     for ( const auto& point : logs )
     {
         xx += ( point.x - mean.x ) * ( point.x - mean.x );
@@ -63,25 +63,26 @@ std::optional<PowerLaw> fitPowerLaw( const std::vector<Point>& points )
         return std::nullopt;
     PowerLaw law;
     law.exponent = xy / xx;
-    const Real offset = mean.y - law.exponent * mean.x;
+    const double offset = mean.y - law.exponent * mean.x;
     law.factor = std::exp( offset );
-    Real square = 0;
+    double square = 0;
     for ( const auto& point : logs )
         square += std::pow( point.y - offset - law.exponent * point.x, 2 ) / n;
     law.scatter = std::exp( std::sqrt( square ) );
     return law;
 }
 
-Real predict( const std::vector<Point>& points, const Real x )
+double predict( const std::vector<Point>& points, const double x )
 {
     if ( points.size() == 1 )
         return points.front().y;
     const auto right =
         std::upper_bound( points.begin() + 1, points.end() - 1, x,
-                          []( const Real value, const Point& point )
+                          []( const double value, const Point& point )
                           { return value < point.x; } );
     const auto left = right - 1;
-    const Real part = std::log( x / left->x ) / std::log( right->x / left->x );
+    const double part =
+        std::log( x / left->x ) / std::log( right->x / left->x );
     return left->y * std::pow( right->y / left->y, part );
 }
 
@@ -106,11 +107,11 @@ std::vector<std::size_t> paretoFront( const std::vector<Point>& points )
     return front;
 }
 
-Real cellCount( const std::vector<std::int64_t>& cells )
+double cellCount( const std::vector<std::int64_t>& cells )
 {
-    Real count = 1;
+    double count = 1;
     for ( const auto n : cells )
-        count *= static_cast<Real>( n );
+        count *= static_cast<double>( n );
     return count;
 }
 
@@ -118,7 +119,7 @@ namespace
 {
 
 //! Cells against a measured quantity, where that is known.
-std::vector<Point> overCells( const Line& line, const std::vector<Real>& y )
+std::vector<Point> overCells( const Line& line, const std::vector<double>& y )
 {
     std::vector<Point> points;
     for ( std::size_t k = 0; k < line.cells.size(); ++k )
@@ -176,9 +177,9 @@ std::vector<Candidate> candidates( const Line& line, const std::size_t number )
         candidate.line = number;
         for ( const auto cells : finest )
             candidate.cells.push_back( std::llround(
-                static_cast<Real>( cells ) * static_cast<Real>( n ) /
-                static_cast<Real>( finest[0] ) ) );
-        const Real count = cellCount( candidate.cells );
+                static_cast<double>( cells ) * static_cast<double>( n ) /
+                static_cast<double>( finest[0] ) ) );
+        const double count = cellCount( candidate.cells );
         candidate.seconds = predict( seconds, count );
         candidate.error = predict( errors, count );
         all.push_back( std::move( candidate ) );
@@ -216,7 +217,7 @@ bool isMoreAccurate( const Candidate& a, const Candidate& b )
 } // namespace
 
 std::optional<Candidate> cheapest( const std::vector<Line>& lines,
-                                   const Real target )
+                                   const double target )
 {
     return best(
         lines, [&]( const Candidate& c ) { return c.error <= target; },
@@ -224,7 +225,7 @@ std::optional<Candidate> cheapest( const std::vector<Line>& lines,
 }
 
 std::optional<Candidate> mostAccurate( const std::vector<Line>& lines,
-                                       const Real budget )
+                                       const double budget )
 {
     return best(
         lines, [&]( const Candidate& c ) { return c.seconds <= budget; },

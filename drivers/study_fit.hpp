@@ -28,16 +28,16 @@ std::vector<Json> expandMatrix( const Json& blocks );
 //! A measured pair; both are > 0 where a law is fitted.
 struct Point
 {
-    Real x = 0, y = 0;
+    double x = 0, y = 0;
 };
 
 //! y = factor x^exponent.
 struct PowerLaw
 {
-    Real factor = 0;
-    Real exponent = 0;
+    double factor = 0;
+    double exponent = 0;
     //! Root mean square of log( y / law ) as a factor: 1 is a perfect fit.
-    Real scatter = 1;
+    double scatter = 1;
 };
 
 //! Least squares in the logarithms; none for fewer than two different x.
@@ -49,7 +49,7 @@ std::optional<PowerLaw> fitPowerLaw( const std::vector<Point>& points );
   neighbours in the logarithms, the outermost ones continued.
   \param points sorted by x, at least one; a single one is a constant
 */
-Real predict( const std::vector<Point>& points, Real x );
+double predict( const std::vector<Point>& points, double x );
 
 /*!
   \brief Those that no other one beats in both; cheapest first.
@@ -64,12 +64,12 @@ struct Line
     std::string name;
     int dimension = 1;
     std::vector<std::vector<std::int64_t>> cells; //!< [runs][Dim]
-    std::vector<Real> seconds;                    //!< [runs]
-    std::vector<Real> errors;                     //!< [runs]; NaN: not known
+    std::vector<double> seconds;                  //!< [runs]
+    std::vector<double> errors;                   //!< [runs]; NaN: not known
 };
 
 //! Number of cells of a grid.
-Real cellCount( const std::vector<std::int64_t>& cells );
+double cellCount( const std::vector<std::int64_t>& cells );
 
 //! How many of the finest runs of a line its laws are fitted to: coarser ones
 //! tell of the time that each step takes whatever its work, and of grids that
@@ -81,10 +81,10 @@ struct Laws
 {
     std::optional<PowerLaw> cost;  //!< seconds ~ cells^a
     std::optional<PowerLaw> error; //!< error ~ cells^(-p/Dim)
-    std::optional<Real> order;     //!< p
+    std::optional<double> order;   //!< p
     //! 2^(a Dim / p): time that half the error takes, over that of the error;
     //! none where the error does not fall.
-    std::optional<Real> halving;
+    std::optional<double> halving;
 };
 
 Laws fitLaws( const Line& line );
@@ -94,8 +94,8 @@ struct Candidate
 {
     std::size_t line = 0;
     std::vector<std::int64_t> cells; //!< [Dim]
-    Real seconds = 0;
-    Real error = 0;
+    double seconds = 0;
+    double error = 0;
 };
 
 //! How far beyond its finest run, along each axis, a line is believed.
@@ -113,11 +113,11 @@ std::vector<Candidate> candidates( const Line& line, std::size_t number );
 
 //! The fastest candidate with error <= target.
 std::optional<Candidate> cheapest( const std::vector<Line>& lines,
-                                   Real target );
+                                   double target );
 
 //! The candidate of least error with seconds <= budget.
 std::optional<Candidate> mostAccurate( const std::vector<Line>& lines,
-                                       Real budget );
+                                       double budget );
 
 } // namespace Machpoint
 

@@ -23,7 +23,7 @@ const std::vector<std::string> fields = { "density", "pressure",
 //! Places on a line that are looked at.
 constexpr int samples = 1024;
 
-using Place = std::array<Real, 3>;
+using Place = std::array<double, 3>;
 
 Place place( const Json& coordinates )
 {
@@ -45,7 +45,7 @@ class ProbedField
     }
 
     //! None without gas.
-    std::optional<Real> at( const Place& x ) const
+    std::optional<double> at( const Place& x ) const
     {
         const auto values = _grid.at( x );
         if ( values.empty() )
@@ -62,7 +62,7 @@ class ProbedField
         const auto to = place( probe.at( "to" ) );
         for ( int k = 0; k <= samples; ++k )
         {
-            const Real part = static_cast<Real>( k ) / samples;
+            const double part = static_cast<double>( k ) / samples;
             Place x{};
             for ( std::size_t d = 0; d < x.size(); ++d )
                 x[d] = from[d] + part * ( to[d] - from[d] );
@@ -77,11 +77,11 @@ class ProbedField
     std::ptrdiff_t _field;
 };
 
-std::optional<Real> largest( const ProbedField& field, const Json& probe )
+std::optional<double> largest( const ProbedField& field, const Json& probe )
 {
-    std::optional<Real> most;
+    std::optional<double> most;
     field.alongLine( probe,
-                     [&]( Real, const Real value )
+                     [&]( double, const double value )
                      {
                          most = std::max( most.value_or( value ), value );
                          return false;
@@ -89,19 +89,20 @@ std::optional<Real> largest( const ProbedField& field, const Json& probe )
     return most;
 }
 
-std::optional<Real> distance( const ProbedField& field, const Json& probe )
+std::optional<double> distance( const ProbedField& field, const Json& probe )
 {
-    const Real sought = probe.at( "value" );
+    const double sought = probe.at( "value" );
     const auto from = place( probe.at( "from" ) );
     const auto to = place( probe.at( "to" ) );
-    const Real length =
+    const double length =
         std::hypot( to[0] - from[0], to[1] - from[1], to[2] - from[2] );
-    std::optional<Real> found;
-    std::optional<std::array<Real, 2>> last; // part of the way, value - sought
+    std::optional<double> found;
+    std::optional<std::array<double, 2>>
+        last; // part of the way, value - sought
     field.alongLine( probe,
-                     [&]( const Real part, const Real value )
+                     [&]( const double part, const double value )
                      {
-                         const Real above = value - sought;
+                         const double above = value - sought;
                          if ( last && ( ( *last )[1] < 0 ) != ( above < 0 ) )
                          {
                              const auto [part0, above0] = *last;
@@ -115,7 +116,7 @@ std::optional<Real> distance( const ProbedField& field, const Json& probe )
     return found;
 }
 
-std::optional<Real> measure( const GridFields& grid, const Json& probe )
+std::optional<double> measure( const GridFields& grid, const Json& probe )
 {
     const ProbedField field( grid, probe );
     const auto type = probe.at( "type" ).get<std::string>();
@@ -178,7 +179,7 @@ std::vector<std::string> misfitPlaces( const Json& probe, const int dimension )
 
 Json probeMeans( const std::filesystem::path& folder, const Json& probes )
 {
-    std::vector<std::vector<Real>> values( probes.size() );
+    std::vector<std::vector<double>> values( probes.size() );
     const auto outputs = gridOutputs( folder );
     for ( const auto& output : outputs )
     {
@@ -196,7 +197,7 @@ Json probeMeans( const std::filesystem::path& folder, const Json& probes )
         means[probeColumn( probes[k] )] =
             own.empty() ? Json()
                         : Json( std::accumulate( own.begin(), own.end(), 0.0 ) /
-                                static_cast<Real>( own.size() ) );
+                                static_cast<double>( own.size() ) );
     }
     return means;
 }

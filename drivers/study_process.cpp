@@ -138,8 +138,8 @@ ProcessResult ProcessGuard::run( const Solver solver, const fs::path& input,
         WIFEXITED( status ) ? WEXITSTATUS( status ) : 128 + WTERMSIG( status );
     auto seconds = []( const timeval& time )
     {
-        return static_cast<Real>( time.tv_sec ) +
-               1e-6 * static_cast<Real>( time.tv_usec );
+        return static_cast<double>( time.tv_sec ) +
+               1e-6 * static_cast<double>( time.tv_usec );
     };
     result.cpu_seconds = seconds( usage.ru_utime ) + seconds( usage.ru_stime );
     result.peak_memory = static_cast<std::int64_t>( usage.ru_maxrss ) * 1024;

@@ -19,7 +19,7 @@ namespace Machpoint
 struct ProcessResult
 {
     int code = 0;                 //!< exit code; 128 + signal if one ended it
-    Real cpu_seconds = 0;         //!< of all threads, user and system
+    double cpu_seconds = 0;       //!< of all threads, user and system
     std::int64_t peak_memory = 0; //!< bytes
     std::string first_words;      //!< its first line of output, for a message
 };

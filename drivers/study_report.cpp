@@ -18,16 +18,16 @@
 namespace Machpoint
 {
 
-Real StudyRow::error( const std::string& name ) const
+double StudyRow::error( const std::string& name ) const
 {
     const auto errors = record.find( "errors" );
     if ( !isFinished() || errors == record.end() || !errors->contains( name ) ||
          !errors->at( name ).is_number() )
-        return std::numeric_limits<Real>::quiet_NaN();
+        return std::numeric_limits<double>::quiet_NaN();
     return errors->at( name );
 }
 
-Real median( std::vector<Real> values )
+double median( std::vector<double> values )
 {
     std::sort( values.begin(), values.end() );
     const auto middle = values.size() / 2;
@@ -73,8 +73,8 @@ std::vector<std::size_t> rowsOnFront( const std::vector<StudyRow>& rows,
     std::vector<Point> points;
     for ( const auto& row : rows )
         points.push_back( { row.isFinished()
-                                ? row.record.at( "seconds" ).get<Real>()
-                                : std::numeric_limits<Real>::quiet_NaN(),
+                                ? row.record.at( "seconds" ).get<double>()
+                                : std::numeric_limits<double>::quiet_NaN(),
                             row.error( error ) } );
     return paretoFront( points );
 }
@@ -166,6 +166,7 @@ Json makeStudyJson( const Study& study, const std::vector<StudyRow>& rows,
     json["repeats"] = study.repeats;
     json["clock"] = clockName( study.clock );
     json["revision"] = revision;
+    json["precision"] = precision_name;
     json["machine"] = { { "processor", processorName() },
                         { "cores", std::thread::hardware_concurrency() } };
     json["rows"] = Json::array();
@@ -222,7 +223,7 @@ std::string makeStudyCsv( const Study& study,
             fields.push_back( csvValue( row.record, key ) );
         for ( const auto& name : names )
         {
-            const Real error = row.error( name );
+            const double error = row.error( name );
             fields.push_back( std::isnan( error ) ? "" : Json( error ).dump() );
         }
         fields.push_back( csvValue( row.record, "message" ) );
@@ -241,14 +242,14 @@ std::string formatRow( const StudyRow& row, const std::string& error )
                             row.record.at( "message" ).get<std::string>() );
     if ( !row.isFinished() )
         return fmt::format( "{}  not run yet", head );
-    const Real e = row.error( error );
-    const Real updates = row.record.at( "particle_updates" );
-    return fmt::format( "{}  {:>10}  {:>10}  {:>11}  {:>7.1f} MiB", head,
-                        formatSeconds( row.record.at( "seconds" ) ),
-                        std::isnan( e ) ? "-" : fmt::format( "{:.3e}", e ),
-                        updates > 0 ? fmt::format( "{:.3g} M", 1e-6 * updates )
-                                    : "-",
-                        row.record.at( "memory_bytes" ).get<Real>() / 1048576 );
+    const double e = row.error( error );
+    const double updates = row.record.at( "particle_updates" );
+    return fmt::format(
+        "{}  {:>10}  {:>10}  {:>11}  {:>7.1f} MiB", head,
+        formatSeconds( row.record.at( "seconds" ) ),
+        std::isnan( e ) ? "-" : fmt::format( "{:.3e}", e ),
+        updates > 0 ? fmt::format( "{:.3g} M", 1e-6 * updates ) : "-",
+        row.record.at( "memory_bytes" ).get<double>() / 1048576 );
 }
 
 namespace

@@ -24,11 +24,11 @@ struct StudyRow
     bool isFinished() const { return record.at( "status" ) == "finished"; }
     bool isFailed() const { return record.at( "status" ) == "failed"; }
     //! An error of this run; NaN while it is not known.
-    Real error( const std::string& name ) const;
+    double error( const std::string& name ) const;
 };
 
 //! The middle of some numbers, of an even count the mean of the two.
-Real median( std::vector<Real> values );
+double median( std::vector<double> values );
 
 //! The finished rows by lines, in the order of the study, coarsest first.
 std::vector<Line> makeLines( const std::vector<StudyRow>& rows,

@@ -22,11 +22,11 @@ namespace
 
 constexpr int most_samples = 250000;
 //! Pressure behind a wave over that ahead of it which makes it a shock.
-constexpr Real least_shock = 1.1;
+constexpr double least_shock = 1.1;
 //! Speed, in sound speeds, past which the flow about most bodies has shocks.
-constexpr Real critical_mach = 0.7;
+constexpr double critical_mach = 0.7;
 //! Differences of a uniform gas, relative: what a few operations round.
-constexpr Real same = 1e-12;
+constexpr double same = 1e-12;
 
 //! The start of a scene, sampled.
 template <int Dim>
@@ -127,19 +127,19 @@ class Survey
         }
     }
 
-    Real soundSpeed( const GasState& gas ) const
+    double soundSpeed( const GasState& gas ) const
     {
         return std::sqrt( _law.gamma * ( gas.pressure + _law.pressure_offset ) /
                           gas.density );
     }
-    static Real speed( const GasState& gas )
+    static double speed( const GasState& gas )
     {
         return std::sqrt( dot<3>( gas.velocity, gas.velocity ) );
     }
 
     bool areSame( const GasState& a, const GasState& b ) const
     {
-        Real difference = 0;
+        double difference = 0;
         for ( int d = 0; d < 3; ++d )
             difference += std::abs( a.velocity[d] - b.velocity[d] );
         return std::abs( a.density - b.density ) <= same * a.density &&
@@ -173,7 +173,8 @@ class Survey
     //! Would sides or bodies disturb the gas, were it uniform?
     bool sidesDisturb() const
     {
-        const Real still = same * ( speed( *_first ) + soundSpeed( *_first ) );
+        const double still =
+            same * ( speed( *_first ) + soundSpeed( *_first ) );
         for ( const auto& entry : _input.at( "boundary" ) )
         {
             const auto type = entry.at( "type" ).get<std::string>();
@@ -208,15 +209,15 @@ class Survey
       that meet, < 1 where none is a shock.
       \param axis along which b lies behind a
     */
-    Real strongest( GasState a, GasState b, const int axis ) const
+    double strongest( GasState a, GasState b, const int axis ) const
     {
         if ( a.density <= 0 || b.density <= 0 )
             return 0; // it flows into a vacuum
         std::swap( a.velocity[0], a.velocity[axis] );
         std::swap( b.velocity[0], b.velocity[axis] );
         // Weak ones, without the work.
-        const Real before = a.pressure + _law.pressure_offset;
-        const Real behind = b.pressure + _law.pressure_offset;
+        const double before = a.pressure + _law.pressure_offset;
+        const double behind = b.pressure + _law.pressure_offset;
         if ( std::abs( before - behind ) < 0.02 * std::min( before, behind ) &&
              a.velocity[0] - b.velocity[0] <
                  0.02 * std::min( soundSpeed( a ), soundSpeed( b ) ) )
@@ -228,32 +229,35 @@ class Survey
 
     //! The same of what lies between two places. Where the gas is smooth, a
     //! sixteenth of the way shows no more than a sixteenth of the difference.
-    Real strongestBetween( Vector<Dim> a, Vector<Dim> b, const int axis ) const
+    double strongestBetween( Vector<Dim> a, Vector<Dim> b,
+                             const int axis ) const
     {
-        Real strength = strongest( gasAt( a ), gasAt( b ), axis );
+        double strength = strongest( gasAt( a ), gasAt( b ), axis );
         for ( int halving = 0; halving < 4 && strength > least_shock;
               ++halving )
         {
             auto middle = a;
             middle[axis] = 0.5 * ( a[axis] + b[axis] );
-            const Real before = strongest( gasAt( a ), gasAt( middle ), axis );
-            const Real behind = strongest( gasAt( middle ), gasAt( b ), axis );
+            const double before =
+                strongest( gasAt( a ), gasAt( middle ), axis );
+            const double behind =
+                strongest( gasAt( middle ), gasAt( b ), axis );
             ( before < behind ? a : b ) = middle;
             strength = std::max( before, behind );
         }
         return strength;
     }
 
-    static GasState mirrored( GasState gas, const Vector<3>& normal )
+    static GasState mirrored( GasState gas, const Vector3& normal )
     {
-        const Real along = dot<3>( gas.velocity, normal );
+        const double along = dot<3>( gas.velocity, normal );
         for ( int d = 0; d < 3; ++d )
             gas.velocity[d] -= 2 * along * normal[d];
         return gas;
     }
 
     std::string tell( const Vector<Dim>& x, const std::string& what,
-                      const Real strength ) const
+                      const double strength ) const
     {
         std::vector<std::string> numbers;
         for ( int d = 0; d < Dim; ++d )
@@ -295,7 +299,7 @@ class Survey
         {
             auto y = x;
             y[axis] += _grid.spacing[axis];
-            const Real strength = strongestBetween( x, y, axis );
+            const double strength = strongestBetween( x, y, axis );
             if ( strength > least_shock )
                 return tell( x, "the gas", strength );
         }
@@ -304,7 +308,7 @@ class Survey
             {
                 const auto beyond =
                     gasBeyond( 2 * axis + ( upper ? 1 : 0 ), x, _gas[flat] );
-                const Real strength =
+                const double strength =
                     upper ? strongest( _gas[flat], beyond, axis )
                           : strongest( beyond, _gas[flat], axis );
                 if ( strength > least_shock )
@@ -323,7 +327,7 @@ class Survey
     {
         const int axis = side / 2;
         x[axis] = side % 2 ? _grid.upper[axis] : _grid.lower[axis];
-        Vector<3> normal{};
+        Vector3 normal{};
         normal[axis] = 1;
         for ( const auto& entry : _input.at( "boundary" ) )
         {
@@ -357,12 +361,12 @@ class Survey
             if ( nearest.distance > _grid.minSpacing() )
                 continue;
             // Along the normal, as axis 0, the gas meets its mirror image.
-            Vector<3> normal{};
+            Vector3 normal{};
             for ( int d = 0; d < Dim; ++d )
                 normal[d] = nearest.normal[d];
             auto turned = gas;
             turned.velocity = { -dot<3>( gas.velocity, normal ), 0, 0 };
-            const Real strength =
+            const double strength =
                 strongest( turned, mirrored( turned, { 1, 0, 0 } ), 0 );
             if ( strength > least_shock )
                 return tell( x, "the gas that meets the body", strength );
@@ -377,7 +381,7 @@ class Survey
     std::vector<Shape<Dim, Kokkos::HostSpace>> _bodies;
     std::vector<GasState> _gas;
     std::optional<GasState> _first;
-    Real _least_speed = Kokkos::Experimental::infinity_v<Real>;
+    double _least_speed = Kokkos::Experimental::infinity_v<double>;
     bool _is_uniform = true;
 };
 

@@ -5,6 +5,8 @@
 #ifndef MACHPOINT_UNITTEST_SCENES_HPP
 #define MACHPOINT_UNITTEST_SCENES_HPP
 
+#include "tolerance.hpp"
+
 #include <core/simulation.hpp>
 #include <drivers/input.hpp>
 

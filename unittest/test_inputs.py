@@ -210,6 +210,8 @@ class Scene(InputTest):
             self.summary = self.run_scene(
                 self.output, INPUTS[0].with_name(name + ".json"), "--max-steps",
                 STEPS, "--set", f"grid.cells={json.dumps(coarse_cells(scene))}")
+            self.round_off = {"double": 1e-14, "single": 1e-5}[
+                self.summary["precision"]]
             self.check_summary(scene)
             first = self.check_particles(0)
             last = self.check_particles(self.summary["steps"])
@@ -273,8 +275,10 @@ class Scene(InputTest):
         for name, values in data.items():
             vector = name in ["position", "velocity"]
             self.assertEqual(values.shape, (n, dim) if vector else (n,), name)
+            real = {"double": numpy.float64,
+                    "single": numpy.float32}[self.summary["precision"]]
             self.assertEqual(values.dtype,
-                             numpy.int64 if name == "id" else numpy.float64)
+                             numpy.int64 if name == "id" else real)
             self.assertTrue(numpy.isfinite(values).all(), name)
         for name in ["mass", "density", "specific_internal_energy"]:
             self.assertGreater(data[name].min(), 0, name)
@@ -313,10 +317,10 @@ class Scene(InputTest):
             self.assertEqual(file.attrs["step"], step)
             self.assertEqual(file.attrs["time"], self.summary["final_time"])
             numpy.testing.assert_allclose(file.attrs["spacing"], spacing,
-                                          rtol=1e-14)
+                                          rtol=self.round_off)
             numpy.testing.assert_allclose(
                 file.attrs["lower"], lower + (spacing / 2 if centred else 0),
-                rtol=1e-14, atol=1e-14)
+                rtol=self.round_off, atol=self.round_off)
             for name in FIELDS:
                 vector = (dim,) if name == "velocity" else ()
                 self.assertEqual(file[name].shape, nodes + vector, name)

@@ -12,9 +12,9 @@ namespace
 using namespace Machpoint;
 
 //! Load of the heaviest box along an axis, over all slabs.
-Real heaviest( const SlabLoads& loads, const std::vector<int>& cuts )
+double heaviest( const SlabLoads& loads, const std::vector<int>& cuts )
 {
-    Real most = 0;
+    double most = 0;
     for ( const auto& slab : loads )
         for ( std::size_t k = 1; k < cuts.size(); ++k )
             most = std::max( most,
@@ -56,14 +56,15 @@ TEST( CutAxis, isTheBestOfAll )
                         if ( parts * fewest > cells )
                             continue;
                         // Steep, so that single cells matter, and with gaps.
-                        SlabLoads loads( slabs, std::vector<Real>( cells ) );
+                        SlabLoads loads( slabs, std::vector<double>( cells ) );
                         for ( int s = 0; s < slabs; ++s )
                             for ( int c = 0; c < cells; ++c )
                             {
-                                const Real u = uniformRandom( 11 + draw, s, c );
+                                const double u =
+                                    uniformRandom( 11 + draw, s, c );
                                 loads[s][c] = u < 0.3 ? 0 : std::pow( u, 4 );
                             }
-                        Real best = 1e300;
+                        double best = 1e300;
                         forAllCuts( cells, parts, fewest,
                                     [&]( const auto& cuts ) {
                                         best = std::min(
@@ -87,7 +88,7 @@ TEST( CutAxis, isTheBestOfAll )
 
 TEST( CutAxis, equalLoadsGiveEqualBoxes )
 {
-    const SlabLoads loads( 2, std::vector<Real>( 12, 3.0 ) );
+    const SlabLoads loads( 2, std::vector<double>( 12, 3.0 ) );
     EXPECT_EQ( cutAxis( loads, 4, 2 ).cuts,
                ( std::vector<int>{ 0, 3, 6, 9, 12 } ) );
     EXPECT_EQ( cutAxis( loads, 1, 2 ).cuts, ( std::vector<int>{ 0, 12 } ) );
@@ -96,28 +97,28 @@ TEST( CutAxis, equalLoadsGiveEqualBoxes )
 // Where one cell holds most, the rest is shared evenly all the same.
 TEST( CutAxis, equallyGoodCutsAreEven )
 {
-    std::vector<Real> load( 16, 1.0 );
+    std::vector<double> load( 16, 1.0 );
     load[0] = 100;
     const auto cuts = cutAxis( { load }, 3, 1 ).cuts;
     EXPECT_EQ( cuts[1], 1 );
     EXPECT_GE( cuts[2], 2 );
-    EXPECT_EQ( cutAxis( { std::vector<Real>( 9, 0.0 ) }, 3, 3 ).cuts,
+    EXPECT_EQ( cutAxis( { std::vector<double>( 9, 0.0 ) }, 3, 3 ).cuts,
                ( std::vector<int>{ 0, 3, 6, 9 } ) );
 }
 
 TEST( CutAxis, tooFewCells )
 {
-    EXPECT_THROW( cutAxis( { std::vector<Real>( 11, 1.0 ) }, 4, 3 ),
+    EXPECT_THROW( cutAxis( { std::vector<double>( 11, 1.0 ) }, 4, 3 ),
                   std::invalid_argument );
 }
 
 //! Loads of a plane along an axis. \param load [y][x]
-SlabLoads loadsOf( const std::vector<std::vector<Real>>& load, const int axis,
+SlabLoads loadsOf( const std::vector<std::vector<double>>& load, const int axis,
                    const Cuts<2>& cuts )
 {
     const auto& across = cuts[1 - axis];
     const int cells = cuts[axis].back();
-    SlabLoads loads( across.size() - 1, std::vector<Real>( cells ) );
+    SlabLoads loads( across.size() - 1, std::vector<double>( cells ) );
     for ( std::size_t s = 0; s + 1 < across.size(); ++s )
         for ( int t = across[s]; t < across[s + 1]; ++t )
             for ( int c = 0; c < cells; ++c )
@@ -129,7 +130,7 @@ SlabLoads loadsOf( const std::vector<std::vector<Real>>& load, const int axis,
 template <class Load>
 BoxCuts<2> cutPlane( const int n, const int fewest, const Load& load )
 {
-    std::vector<std::vector<Real>> plane( n, std::vector<Real>( n ) );
+    std::vector<std::vector<double>> plane( n, std::vector<double>( n ) );
     for ( int y = 0; y < n; ++y )
         for ( int x = 0; x < n; ++x )
             plane[y][x] = load( x, y );

@@ -17,6 +17,26 @@ namespace
 using namespace Machpoint;
 using namespace Test;
 
+//! The 2D particle nearest to a place, which is to be there but for round-off.
+std::size_t particleAt( const ParticleData& data, const double x,
+                        const double y )
+{
+    std::size_t nearest = 0;
+    double least = 1;
+    for ( std::size_t p = 0; p < data.mass.size(); ++p )
+    {
+        const double distance = std::hypot( data.position[2 * p] - x,
+                                            data.position[2 * p + 1] - y );
+        if ( distance < least )
+        {
+            nearest = p;
+            least = distance;
+        }
+    }
+    EXPECT_LT( least, is_single ? 1e-3 : 1e-6 ) << x << " " << y;
+    return nearest;
+}
+
 const std::vector<std::string> bases = { "linear", "quadratic", "cubic" };
 const std::vector<std::string> boundaries = { "slip_wall", "no_slip_wall",
                                               "periodic", "outflow" };
@@ -49,18 +69,18 @@ TYPED_TEST( HalfwayTest, differencesAreTheGradients )
                 const Real before = i > 0 ? halfway.c[d][i - 1] : 0.0;
                 const Real after = i < n - 1 ? halfway.c[d][i] : 0.0;
                 EXPECT_NEAR( s.dw[d][i] * grid.spacing[d], before - after,
-                             1e-13 );
+                             tolerance( 1e-13 ) );
                 if ( i < n - 1 )
                 {
-                    EXPECT_GE( after, -1e-15 );
+                    EXPECT_GE( after, -tolerance( 1e-15 ) );
                     sum += after;
                     slopes += halfway.dc[d][i];
                 }
             }
-            EXPECT_NEAR( sum, 1, 1e-14 );
-            EXPECT_NEAR( slopes, 0, 1e-14 );
+            EXPECT_NEAR( sum, 1, tolerance( 1e-14 ) );
+            EXPECT_NEAR( slopes, 0, tolerance( 1e-14 ) );
             // The slopes are the weights' derivatives.
-            const Real step = 1e-6 * grid.spacing[d];
+            const Real step = ( is_single ? 1e-2 : 1e-6 ) * grid.spacing[d];
             auto y = x;
             y[d] += grid.cell( x[d] + step, d ) == grid.cell( x[d], d ) ? step
                                                                         : -step;
@@ -69,7 +89,7 @@ TYPED_TEST( HalfwayTest, differencesAreTheGradients )
             for ( int i = 0; i < n - 1; ++i )
                 EXPECT_NEAR( ( other.c[d][i] - halfway.c[d][i] ) /
                                  ( y[d] - x[d] ) * grid.spacing[d],
-                             halfway.dc[d][i], 1e-5 );
+                             halfway.dc[d][i], is_single ? 2e-2 : 1e-5 );
         }
     }
 }
@@ -94,9 +114,9 @@ TEST_P( AnyBox, uniformPressureHasNoForce )
     auto run = simulate( input );
     advance( *run, 100 );
     const auto data = run->particleData();
-    EXPECT_LE( largest( data.velocity ), 1e-11 );
+    EXPECT_LE( largest( data.velocity ), tolerance( 1e-11 ) );
     for ( const Real pressure : data.pressure )
-        EXPECT_NEAR( pressure, 1, 1e-10 );
+        EXPECT_NEAR( pressure, 1, tolerance( 1e-10 ) );
 }
 
 INSTANTIATE_TEST_SUITE_P( Everywhere, AnyBox,
@@ -152,21 +172,11 @@ TEST( Images, areTheWallsHaloOnAGridPlane )
             // Ids count cells, so they differ; positions identify.
             const auto x = a->particleData(), y = b->particleData();
             ASSERT_EQ( x.mass.size(), y.mass.size() );
-            auto sorted = []( const ParticleData& data )
+            for ( std::size_t p = 0; p < x.mass.size(); ++p )
             {
-                std::map<std::pair<long, long>, Real> list;
-                for ( std::size_t p = 0; p < data.mass.size(); ++p )
-                    list[{ std::lround( data.position[2 * p + 1] * 1e6 ),
-                           std::lround( data.position[2 * p] * 1e6 ) }] =
-                        data.density[p];
-                return list;
-            };
-            const auto first = sorted( x ), second = sorted( y );
-            ASSERT_EQ( first.size(), x.mass.size() );
-            for ( const auto& [place, density] : first )
-            {
-                ASSERT_TRUE( second.count( place ) ) << basis << time;
-                EXPECT_NEAR( density, second.at( place ), 1e-9 )
+                const auto twin =
+                    particleAt( y, x.position[2 * p], x.position[2 * p + 1] );
+                EXPECT_NEAR( x.density[p], y.density[twin], tolerance( 1e-9 ) )
                     << basis << time;
             }
         }
@@ -244,11 +254,13 @@ TEST_P( Parts, conserveAlone )
     advanceTo( *a, end );
     advanceTo( *b, end );
     const auto after = a->totals();
-    EXPECT_NEAR( after.mass, before.mass, 1e-13 * before.mass ) << label;
-    EXPECT_NEAR( after.energy(), before.energy(), 1e-12 * before.energy() )
+    EXPECT_NEAR( after.mass, before.mass, tolerance( 1e-13 ) * before.mass )
+        << label;
+    EXPECT_NEAR( after.energy(), before.energy(),
+                 tolerance( 1e-12 ) * before.energy() )
         << label;
     for ( int d = 0; d < part.dimension; ++d )
-        EXPECT_NEAR( after.momentum[d], 0, 1e-12 ) << label;
+        EXPECT_NEAR( after.momentum[d], 0, tolerance( 1e-12 ) ) << label;
     EXPECT_NEAR( volume( *a ), volume( *b ), 0.1 ) << label;
     // Hats have no slope of the filling within a cell, so nothing shifts.
     if ( !( basis == "linear" &&
@@ -293,26 +305,17 @@ TEST( Splitting, prefersNoDirection )
             advanceTo( *run, 0.1 );
             EXPECT_GT( run->particles(), before ) << basis << time;
             const auto data = run->particleData();
-            using Place = std::pair<long, long>;
-            auto place = []( const Real x, const Real y )
-            {
-                return Place{ std::lround( ( x - 0.5 ) * 1e6 ),
-                              std::lround( ( y - 0.5 ) * 1e6 ) };
-            };
-            std::map<Place, Real> volumes;
             for ( std::size_t p = 0; p < data.mass.size(); ++p )
-                volumes[place( data.position[2 * p],
-                               data.position[2 * p + 1] )] = data.volume[p];
-            ASSERT_EQ( volumes.size(), data.mass.size() ) << basis << time;
-            for ( const auto& [at, volume] : volumes )
-                for ( const Place& image : { Place{ -at.first, at.second },
-                                             Place{ at.first, -at.second },
-                                             Place{ at.second, at.first } } )
-                {
-                    ASSERT_TRUE( volumes.count( image ) )
-                        << basis << time << at.first << " " << at.second;
-                    EXPECT_NEAR( volumes.at( image ), volume, 1e-9 );
-                }
+            {
+                const double x = data.position[2 * p];
+                const double y = data.position[2 * p + 1];
+                for ( const auto image : { particleAt( data, 1 - x, y ),
+                                           particleAt( data, x, 1 - y ),
+                                           particleAt( data, y, x ) } )
+                    EXPECT_NEAR( data.volume[image], data.volume[p],
+                                 tolerance( 1e-9 ) )
+                        << basis << time;
+            }
         }
 }
 
@@ -323,11 +326,14 @@ TEST( Relaxation, rate )
     using Impl::relaxationRate;
     EXPECT_EQ( relaxationRate( 0.02, -3.0, 0.0, 0.0 ), 0 );
     EXPECT_EQ( relaxationRate( 0.12, 0.0, 5.0, 1.0 ), 0 );
-    EXPECT_NEAR( relaxationRate( 0.1, -3.0, 5.0, 1.0 ), 3 * 0.08, 1e-15 );
-    EXPECT_NEAR( relaxationRate( -0.1, 3.0, 5.0, 1.0 ), -3 * 0.08, 1e-15 );
-    EXPECT_NEAR( relaxationRate( 0.3, 0.0, 5.0, 1.0 ), 5 * 0.18, 1e-14 );
+    EXPECT_NEAR( relaxationRate( 0.1, -3.0, 5.0, 1.0 ), 3 * 0.08,
+                 tolerance( 1e-15 ) );
+    EXPECT_NEAR( relaxationRate( -0.1, 3.0, 5.0, 1.0 ), -3 * 0.08,
+                 tolerance( 1e-15 ) );
+    EXPECT_NEAR( relaxationRate( 0.3, 0.0, 5.0, 1.0 ), 5 * 0.18,
+                 tolerance( 1e-14 ) );
     EXPECT_NEAR( relaxationRate( 0.3, 0.0, 5.0, 0.01 ), 5 * 0.18 * 16e-4,
-                 1e-14 );
+                 tolerance( 1e-14 ) );
     EXPECT_EQ( relaxationRate( 4.0, 1.0, 0.0, 0.0 ),
                relaxationRate( 0.5, 1.0, 0.0, 0.0 ) );
 }

@@ -1,10 +1,14 @@
 // Grid, node layout, bases, placement and random numbers.
+#include "tolerance.hpp"
+
 #include <core/basis.hpp>
 #include <core/bounds.hpp>
 #include <core/placement.hpp>
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <set>
 #include <vector>
 
@@ -12,14 +16,15 @@ namespace
 {
 
 using namespace Machpoint;
+using Test::tolerance;
 
 TEST( Grid, cellsAndVolumes )
 {
     const Grid<2> grid( { -1, 0 }, { 1, 3 }, { 4, 6 } );
-    EXPECT_DOUBLE_EQ( grid.spacing[0], 0.5 );
-    EXPECT_DOUBLE_EQ( grid.spacing[1], 0.5 );
+    EXPECT_REAL_EQ( grid.spacing[0], 0.5 );
+    EXPECT_REAL_EQ( grid.spacing[1], 0.5 );
     EXPECT_EQ( wholeDomain( grid ).totalCells(), 24 );
-    EXPECT_DOUBLE_EQ( grid.cellVolume(), 0.25 );
+    EXPECT_REAL_EQ( grid.cellVolume(), 0.25 );
     EXPECT_EQ( grid.cell( -1.0, 0 ), 0 );
     EXPECT_EQ( grid.cell( 0.49, 0 ), 2 );
     // On the upper side, and beyond either: the nearest cell.
@@ -38,8 +43,8 @@ TEST( Grid, whatLeaves )
     EXPECT_FALSE( out( { -1, 0 } ) );
     EXPECT_FALSE( out( { 0.5, 2.9 } ) );
     EXPECT_FALSE( out( { justInside( -1, 1 ), justInside( 0, 3 ) } ) );
-    EXPECT_TRUE( out( { -1 - 1e-15, 1 } ) );
-    EXPECT_TRUE( out( { 0, -1e-300 } ) );
+    EXPECT_TRUE( out( { std::nextafter( Real( -1 ), Real( -2 ) ), 1 } ) );
+    EXPECT_TRUE( out( { 0, -std::numeric_limits<Real>::min() } ) );
     EXPECT_TRUE( out( { 1, 1 } ) );
     EXPECT_TRUE( out( { 0, 3 } ) );
     EXPECT_TRUE( out( { -5, 7 } ) );
@@ -62,7 +67,7 @@ TEST( Grid, boxOfARank )
     EXPECT_EQ( layout.owned[1], 5 ); // the domain's last vertex, too
     EXPECT_EQ( layout.lowest( 0 ), 1 - 3 );
     EXPECT_EQ( layout( { -2, -1 } ), 0 );
-    EXPECT_DOUBLE_EQ( layout.position( { 1, 2 } )[0], -0.5 );
+    EXPECT_REAL_EQ( layout.position( { 1, 2 } )[0], -0.5 );
     for ( int row = 0; row < layout.total; ++row )
         EXPECT_EQ( layout( layout.indices( row ) ), row );
     EXPECT_TRUE( layout.isOwned( { 2, 6 } ) );
@@ -103,11 +108,11 @@ TEST( Grid, layoutIsABijection )
     EXPECT_TRUE( layout.isOwned( { 0, 0, 4 } ) );
     EXPECT_FALSE( layout.isOwned( { 0, -1, 4 } ) );
     const auto x = layout.position( { 1, 1, 1 } );
-    EXPECT_DOUBLE_EQ( x[0], 1 );
-    EXPECT_DOUBLE_EQ( x[2], 0.25 );
+    EXPECT_REAL_EQ( x[0], 1 );
+    EXPECT_REAL_EQ( x[2], 0.25 );
     const auto centred = nodeLayout<Quadratic>( grid );
     EXPECT_EQ( centred.owned[0], 3 );
-    EXPECT_DOUBLE_EQ( centred.position( { 0, 0, 0 } )[0], 0.5 );
+    EXPECT_REAL_EQ( centred.position( { 0, 0, 0 } )[0], 0.5 );
 }
 
 template <class T>
@@ -139,19 +144,20 @@ TYPED_TEST( BasisTest, reproducesLinearFields )
             slope += dw[i] * dx;
             second += w[i] * dx * dx;
         }
-        EXPECT_NEAR( one, 1, 1e-15 );
-        EXPECT_NEAR( zero, 0, 1e-15 );
-        EXPECT_NEAR( first, 0, 1e-15 );
-        EXPECT_NEAR( slope, 1, 1e-14 );
-        EXPECT_NEAR( second, TypeParam::moment( f ), 1e-14 );
+        EXPECT_NEAR( one, 1, tolerance( 1e-15 ) );
+        EXPECT_NEAR( zero, 0, tolerance( 1e-15 ) );
+        EXPECT_NEAR( first, 0, tolerance( 1e-15 ) );
+        EXPECT_NEAR( slope, 1, tolerance( 1e-14 ) );
+        EXPECT_NEAR( second, TypeParam::moment( f ), tolerance( 1e-14 ) );
         if ( k == 0 || k == 20 )
             continue;
-        const Real d = 1e-6;
+        const Real d = is_single ? 1e-3 : 1e-6;
         Real before[n], after[n];
         TypeParam::weights( f - d, before );
         TypeParam::weights( f + d, after );
         for ( int i = 0; i < n; ++i )
-            EXPECT_NEAR( ( after[i] - before[i] ) / ( 2 * d ), dw[i], 1e-9 );
+            EXPECT_NEAR( ( after[i] - before[i] ) / ( 2 * d ), dw[i],
+                         is_single ? 1e-3 : 1e-9 );
     }
 }
 
@@ -160,12 +166,12 @@ TYPED_TEST( BasisTest, isContinuousAcrossCells )
 {
     constexpr int n = TypeParam::nodes;
     Real left[n], right[n];
-    TypeParam::weights( 1.0, left );
-    TypeParam::weights( 0.0, right );
-    EXPECT_NEAR( left[0], 0, 1e-15 );
-    EXPECT_NEAR( right[n - 1], 0, 1e-15 );
+    TypeParam::weights( 1.0_rt, left );
+    TypeParam::weights( 0.0_rt, right );
+    EXPECT_NEAR( left[0], 0, tolerance( 1e-15 ) );
+    EXPECT_NEAR( right[n - 1], 0, tolerance( 1e-15 ) );
     for ( int i = 1; i < n; ++i )
-        EXPECT_NEAR( left[i], right[i - 1], 1e-15 );
+        EXPECT_NEAR( left[i], right[i - 1], tolerance( 1e-15 ) );
 }
 
 //! Keeps the nodes that it is shown. (nvcc would warn of a lambda of the host.)
@@ -211,7 +217,7 @@ void checkLines( const Stencil<Basis, Dim>& s, const NodeLayout<Dim>& layout,
         const int i = static_cast<int>( n % Basis::nodes );
         const Real w = s.w[0][i];
         EXPECT_EQ( rowAt( s.base, line.shift + i ), node.row );
-        EXPECT_NEAR( line.weight * w, node.weight, 1e-15 );
+        EXPECT_NEAR( line.weight * w, node.weight, tolerance( 1e-15 ) );
         for ( int b = 0; b < Dim; ++b )
         {
             if ( b > 0 )
@@ -219,11 +225,11 @@ void checkLines( const Stencil<Basis, Dim>& s, const NodeLayout<Dim>& layout,
                 EXPECT_EQ( line.dx[b], node.dx[b] );
             }
             EXPECT_NEAR( line.gradient[b] * ( b == 0 ? s.dw[0][i] : w ),
-                         node.gradient[b], 1e-14 );
+                         node.gradient[b], tolerance( 1e-14 ) );
             EXPECT_NEAR( line.fit[b] * ( b == 0 ? fitWeight( s, 0, i ) : w ),
                          Basis::constant_moment ? node.weight * node.dx[b]
                                                 : node.gradient[b],
-                         1e-14 );
+                         tolerance( 1e-14 ) );
         }
     }
 }
@@ -254,7 +260,7 @@ void checkStencil()
     {
         const auto y = layout.position( layout.indices( node.row ) );
         for ( int d = 0; d < Dim; ++d )
-            EXPECT_NEAR( node.dx[d], y[d] - x[d], 1e-14 );
+            EXPECT_NEAR( node.dx[d], y[d] - x[d], tolerance( 1e-14 ) );
         unity += node.weight;
         const Real field = 1 + dot<Dim>( slope, y );
         value += node.weight * field;
@@ -266,10 +272,10 @@ void checkStencil()
         expected *= Basis::nodes;
     EXPECT_EQ( visited, expected );
     checkLines( s, layout, nodes );
-    EXPECT_NEAR( unity, 1, 1e-14 );
-    EXPECT_NEAR( value, 1 + dot<Dim>( slope, x ), 1e-13 );
+    EXPECT_NEAR( unity, 1, tolerance( 1e-14 ) );
+    EXPECT_NEAR( value, 1 + dot<Dim>( slope, x ), tolerance( 1e-13 ) );
     for ( int d = 0; d < Dim; ++d )
-        EXPECT_NEAR( gradient[d], slope[d], 1e-12 );
+        EXPECT_NEAR( gradient[d], slope[d], tolerance( 1e-12 ) );
 }
 
 TYPED_TEST( BasisTest, stencilReproducesLinearFields )
@@ -293,8 +299,8 @@ TEST( Placement, latticeIsCentredAndJitterStaysInItsSubCell )
     for ( int k = 0; k < 9; ++k )
     {
         const auto f = placeInCell<2>( Placement::lattice, 3, 1, 7, k );
-        EXPECT_DOUBLE_EQ( f[0], ( k % 3 + 0.5 ) / 3 );
-        EXPECT_DOUBLE_EQ( f[1], ( k / 3 + 0.5 ) / 3 );
+        EXPECT_REAL_EQ( f[0], ( k % 3 + 0.5 ) / 3 );
+        EXPECT_REAL_EQ( f[1], ( k / 3 + 0.5 ) / 3 );
         const auto g = placeInCell<2>( Placement::jittered, 3, 1, 7, k );
         for ( int d = 0; d < 2; ++d )
             EXPECT_LE( std::abs( g[d] - f[d] ), 0.5 / 3 );
@@ -318,7 +324,9 @@ TEST( Random, isUniformAndReproducible )
         mean += r / n;
         square += ( r - 0.5 ) * ( r - 0.5 ) / n;
     }
-    EXPECT_EQ( seen.size(), static_cast<std::size_t>( n ) );
+    // Of 2^24 floats some are drawn twice: n^2 / 2^25 of them.
+    EXPECT_GE( seen.size(),
+               static_cast<std::size_t>( is_single ? n - 400 : n ) );
     EXPECT_NEAR( mean, 0.5, 5 * std::sqrt( 1.0 / 12 / n ) );
     EXPECT_NEAR( square, 1.0 / 12, 5 * std::sqrt( 1.0 / 180 / n ) );
     EXPECT_NE( uniformRandom( 3, 1, 5 ), uniformRandom( 4, 1, 5 ) );

@@ -158,7 +158,7 @@ TEST( Guard, repeatsWithHalfTheStep )
                 method, { { "fault", fault }, { "above", 0.3 * dt } } ) );
             advance( *run, 21 );
             EXPECT_EQ( run->retries(), 2 ) << method << fault;
-            EXPECT_DOUBLE_EQ( run->timeStep(), dt / 4 ) << method << fault;
+            EXPECT_REAL_EQ( run->timeStep(), dt / 4 ) << method << fault;
             EXPECT_EQ( run->ledger().energy_in, 21 ) << method << fault;
 
             auto direct = simulate( sabotaged(
@@ -170,7 +170,8 @@ TEST( Guard, repeatsWithHalfTheStep )
             ASSERT_EQ( repeated.size(), once.size() );
             for ( const auto& [id, values] : repeated )
                 for ( std::size_t k = 0; k < values.size(); ++k )
-                    EXPECT_NEAR( values[k], once.at( id )[k], 1e-12 )
+                    EXPECT_NEAR( values[k], once.at( id )[k],
+                                 tolerance( 1e-12 ) )
                         << method << fault << id;
         }
     }
@@ -211,7 +212,7 @@ TEST( Guard, endsWithTheLastGoodState )
             {
                 EXPECT_EQ( run->totals().mass, good->totals().mass );
                 EXPECT_NEAR( run->totals().energy(), good->totals().energy(),
-                             1e-13 );
+                             tolerance( 1e-13 ) );
             }
             else
             {

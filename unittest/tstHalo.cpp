@@ -1,4 +1,6 @@
 // Fold and fill: images beyond the sides of the domain.
+#include "tolerance.hpp"
+
 #include <core/basis.hpp>
 #include <core/halo.hpp>
 #include <core/random.hpp>
@@ -9,6 +11,7 @@ namespace
 {
 
 using namespace Machpoint;
+using Test::tolerance;
 
 //! A halo with one kind for each axis.
 template <int Dim>
@@ -68,7 +71,7 @@ TYPED_TEST( HaloTest, fillContinuesAPeriodicField )
     auto host =
         Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), field );
     for ( int row = 0; row < layout.total; ++row )
-        EXPECT_NEAR( host( row, 0 ), value( row, 0 ), 1e-14 );
+        EXPECT_NEAR( host( row, 0 ), value( row, 0 ), tolerance( 1e-14 ) );
 }
 
 // A slip wall mirrors scalars evenly and the normal velocity oddly; an open
@@ -178,7 +181,7 @@ void checkAdjoint( const std::array<SideKind, Dim>& kind )
     for ( int row = 0; row < layout.total; ++row )
         for ( int c = 0; c < columns; ++c )
             owned += hw( row ) * ha( row, c ) * hb( row, c );
-    EXPECT_NEAR( everywhere, owned, 1e-14 * scale );
+    EXPECT_NEAR( everywhere, owned, tolerance( 1e-14 ) * scale );
 }
 
 TYPED_TEST( HaloTest, foldIsTheAdjointOfFill )

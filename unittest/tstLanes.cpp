@@ -1,6 +1,9 @@
 // Several particles at once: every operation that kernels use gives each
 // particle what it gives a single one.
+#include "tolerance.hpp"
+
 #include <core/node_sum.hpp>
+#include <core/particles.hpp>
 #include <core/power.hpp>
 
 #include <Cabana_Core.hpp>
@@ -10,12 +13,13 @@
 #include <limits>
 
 using namespace Machpoint;
+using Test::tolerance;
 
 namespace
 {
 
 using Members = Cabana::MemberTypes<Real[2], Real>;
-using AoSoA = Cabana::AoSoA<Members, MemorySpace>;
+using AoSoA = ParticleArray<Members>;
 
 // Three packs, the last of which is not full (or, on a GPU, three particles).
 constexpr int n = 2 * lane_count + ( lane_count + 1 ) / 2;
@@ -125,7 +129,7 @@ TEST( Lanes, operateLikeSingleNumbers )
     const auto together = results<true>();
     for ( int which = 0; which < operations; ++which )
         for ( int p = 0; p < n; ++p )
-            EXPECT_DOUBLE_EQ( together( which, p ), alone( which, p ) )
+            EXPECT_REAL_EQ( together( which, p ), alone( which, p ) )
                 << "operation " << which << ", particle " << p;
 }
 
@@ -154,8 +158,8 @@ Kokkos::Array<Real, 3> extremes()
 TEST( Lanes, countNoParticleBeyondTheLast )
 {
     const auto found = extremes();
-    EXPECT_DOUBLE_EQ( found[0], 0.21 + 0.19 * ( n - 1 ) );
-    EXPECT_DOUBLE_EQ( found[1], 0.21 );
+    EXPECT_REAL_EQ( found[0], 0.21 + 0.19 * ( n - 1 ) );
+    EXPECT_REAL_EQ( found[1], 0.21 );
     EXPECT_EQ( found[2], n );
 }
 
@@ -174,9 +178,9 @@ Kokkos::View<Real**, Kokkos::LayoutRight, Kokkos::HostSpace> sumOfColumns()
         Kokkos::parallel_for(
             "together", packs( n ), KOKKOS_LAMBDA( const int k ) {
                 const Pack p = Pack::of( k, n );
-                const Lanes first = Kokkos::floor( load( y, p ) * 0.9 );
-                const auto base = toBases(
-                    Lanes( clip( first, Lanes( 0.0 ), Lanes( 4.0 ) ) ) );
+                const Lanes first = Kokkos::floor( load( y, p ) * 0.9_rt );
+                Bases<Lanes> base{};
+                advance( base, clip( first, Lanes( 0.0 ), Lanes( 4.0 ) ), 1 );
                 Lanes values[K];
                 for ( int c = 0; c < K; ++c )
                     values[c] = load( y, p ) + c;
@@ -185,8 +189,9 @@ Kokkos::View<Real**, Kokkos::LayoutRight, Kokkos::HostSpace> sumOfColumns()
     else
         Kokkos::parallel_for(
             "alone", Range( 0, n ), KOKKOS_LAMBDA( const int p ) {
-                const Real first = Kokkos::floor( y( p ) * 0.9 );
-                const int base = toBases( clip( first, 0.0, 4.0 ) );
+                const Real first = Kokkos::floor( y( p ) * 0.9_rt );
+                int base = 0;
+                advance( base, clip( first, 0.0_rt, 4.0_rt ), 1 );
                 Real values[K];
                 for ( int c = 0; c < K; ++c )
                     values[c] = y( p ) + c;
@@ -205,7 +210,7 @@ void checkColumns()
     for ( std::size_t i = 0; i < alone.extent( 0 ); ++i )
         for ( std::size_t c = 0; c < alone.extent( 1 ); ++c )
         {
-            EXPECT_NEAR( together( i, c ), alone( i, c ), 1e-12 )
+            EXPECT_NEAR( together( i, c ), alone( i, c ), tolerance( 1e-12 ) )
                 << K << " columns, node " << i << ", column " << c;
             total += alone( i, c );
         }
@@ -236,8 +241,11 @@ Kokkos::View<Real*, Kokkos::HostSpace> readNodes()
     Kokkos::parallel_for(
         "read", packs( n ), KOKKOS_LAMBDA( const int k ) {
             const Pack p = Pack::of( k, n );
-            const auto base = toBases( Lanes( Kokkos::floor(
-                clip( load( y, p ), Lanes( 0.0 ), Lanes( n - 2.0 ) ) ) ) );
+            Bases<Lanes> base{};
+            advance( base,
+                     Kokkos::floor(
+                         clip( load( y, p ), Lanes( 0.0 ), Lanes( n - 2.0 ) ) ),
+                     1 );
             store( y, at( field, rowAt( base, 1 ), 1 ), p );
         } );
     const auto host =
@@ -253,7 +261,7 @@ TEST( Lanes, readNodes )
     const auto read = readNodes();
     for ( int p = 0; p < n; ++p )
     {
-        const Real y = std::min( 0.21 + 0.19 * p, n - 2.0 );
+        const Real y = std::min<Real>( 0.21 + 0.19 * p, n - 2.0 );
         EXPECT_EQ( read( p ), 11 + std::floor( y ) ) << p;
     }
 }
@@ -277,8 +285,10 @@ Kokkos::View<int*, Kokkos::HostSpace> wrongColumns( const int first )
             const Pack p = Pack::of( k, n );
             const Lanes node = Kokkos::floor(
                 clip( load( y, p ), Lanes( 0.0 ), Lanes( n - 2.0 ) ) );
+            Bases<Lanes> base{};
+            advance( base, node, 1 );
             Lanes values[K];
-            loadRow( field, rowAt( toBases( node ), 1 ), values, first );
+            loadRow( field, rowAt( base, 1 ), values, first );
             for ( std::size_t c = 0; c < K; ++c )
                 for ( int l = 0; l < p.count; ++l )
                     wrong( p.first + l ) +=
@@ -318,12 +328,13 @@ TEST( Power, isAccurateWhereKernelsNeedIt )
 {
     for ( const Real x : { 0.2, 0.5, 0.9, 1.0, 1.1, 2.0, 5.0 } )
     {
-        EXPECT_NEAR( logarithm( x ), std::log( x ), 1e-11 );
+        EXPECT_NEAR( logarithm( x ), std::log( x ), tolerance( 1e-11 ) );
         for ( const Real y : { -1.67, -1.4, -1.01, 2.0 } )
-            EXPECT_NEAR( power( x, y ) / std::pow( x, y ), 1, 1e-10 );
+            EXPECT_NEAR( power( x, y ) / std::pow( x, y ), 1,
+                         tolerance( 1e-10 ) );
     }
     for ( const Real x : { -1.0, -0.3, -1e-9, 0.0, 1e-3, 1.0 } )
-        EXPECT_NEAR( exponential( x ) / std::exp( x ), 1, 1e-13 );
+        EXPECT_NEAR( exponential( x ) / std::exp( x ), 1, tolerance( 1e-13 ) );
     EXPECT_NEAR( exponential( -5.0 ) / std::exp( -5.0 ), 1, 1e-8 );
     // Uniform gas stays as it is, to the last bit.
     EXPECT_EQ( exponential( 0.0 ), 1.0 );

@@ -52,10 +52,10 @@ class MpiCheckpoint : public ::testing::Test
     //! What a rank carries: its rows of a table, and what all share.
     struct Carried
     {
-        Real time = 0.5;
+        double time = 0.5;
         std::int64_t step = 12;
         std::string limiter = "wave speed";
-        std::vector<Real> series = { 1, 2, 3, 4 };
+        std::vector<double> series = { 1, 2, 3, 4 };
         std::vector<Real> x;
         std::vector<std::int64_t> id;
 
@@ -131,9 +131,9 @@ TEST_F( MpiCheckpoint, otherNumbersOfRanksShareTheRows )
     const auto checksum = reader.attribute<std::int64_t>( "checksum" );
     const auto x = reader.read<Real>( "rows/particles/x" );
     const auto id = reader.read<std::int64_t>( "rows/particles/id" );
-    const auto time = reader.read<Real>( "shared/time" );
+    const auto time = reader.read<double>( "shared/time" );
     const auto step = reader.read<std::int64_t>( "shared/step" );
-    const auto series = reader.read<Real>( "shared/series" );
+    const auto series = reader.read<double>( "shared/series" );
     const auto limiter = reader.read<unsigned char>( "shared/limiter" );
     const auto rows = static_cast<std::size_t>( total );
     const auto copy = _scratch / "one.h5";
@@ -146,7 +146,7 @@ TEST_F( MpiCheckpoint, otherNumbersOfRanksShareTheRows )
           { "checksum", {}, checksum.data(), Dataset::Type::integer } },
         { { "header", { header.size() }, header.data(), Dataset::Type::byte },
           { "rows_of_ranks", { 1 }, &total, Dataset::Type::integer },
-          { "rows/particles/x", { rows, 2 }, x.data() },
+          { "rows/particles/x", { rows, 2 }, x.data(), datasetType<Real>() },
           { "rows/particles/id",
             { rows, 1 },
             id.data(),

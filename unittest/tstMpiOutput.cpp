@@ -3,6 +3,8 @@
   \brief What several ranks write together: blocks, compression, failures;
   and their errors.
 */
+#include "tolerance.hpp"
+
 #include <core/hdf5_file.hpp>
 #include <core/output.hpp>
 #include <core/report.hpp>
@@ -258,7 +260,7 @@ TEST_F( MpiOutput, ParticlesOfAllRanksAreOneCloud )
 //! Gas at rest of density 2 and pressure 3.
 struct Still : ExactSolution
 {
-    GasState state( const Vector<3>&, Real ) const override
+    GasState state( const Vector3&, double ) const override
     {
         return { 2.0, {}, 3.0 };
     }
@@ -300,9 +302,9 @@ TEST( MpiReport, ErrorsOfAllRanksAreThoseOfOneCloud )
                 { "cells", std::vector( dim, n ) } } },
             { "physics", { { { "type", "ideal_gas" }, { "gamma", 2.0 } } } } };
         const auto errors = measureErrors( own, Still(), input, 0.0 );
-        EXPECT_DOUBLE_EQ( errors[0].L1, L1 );
-        EXPECT_DOUBLE_EQ( errors[0].L2, std::sqrt( L2 ) );
-        EXPECT_DOUBLE_EQ( errors[0].Linf, n - 1 );
+        EXPECT_REAL_EQ( errors[0].L1, L1 );
+        EXPECT_REAL_EQ( errors[0].L2, std::sqrt( L2 ) );
+        EXPECT_REAL_EQ( errors[0].Linf, n - 1 );
         EXPECT_EQ( errors[2].Linf, 0.0 );
     }
 }

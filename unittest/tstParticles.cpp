@@ -290,7 +290,7 @@ TEST( Particles, newSidecarEntriesAreZero )
     for ( int p = 0; p < 250; ++p )
         EXPECT_EQ( label( p ), p < 100 ? p : 0 );
     EXPECT_GT( particles.bytesPerParticle(),
-               8 * ( 2 + 2 + 4 + 5 + 1 + 1 ) - 1 );
+               sizeof( Real ) * ( 2 + 2 + 4 + 5 ) + 2 * 8 - 1 );
 }
 
 // Everything in the lists can be found by name, once.

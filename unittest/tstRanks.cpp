@@ -1,5 +1,7 @@
 // Many ranks: the halo between them against that of the whole domain, and
 // particles that change ranks. Runs under mpirun; every rank checks its part.
+#include "tolerance.hpp"
+
 #include <core/balance.hpp>
 #include <core/halo.hpp>
 #include <core/particles.hpp>
@@ -15,6 +17,7 @@ namespace
 {
 
 using namespace Machpoint;
+using Test::tolerance;
 
 //! All ways to cut a domain of Dim axes into boxes for the ranks of the run.
 template <int Dim>
@@ -190,7 +193,7 @@ void expectSameAsWhole( const std::array<SideKind, 3>& kind, const bool centred,
                             std::max( worst, std::abs( own_host( row, c ) -
                                                        all_host( same, c ) ) );
                     }
-                EXPECT_LT( worst, 1e-13 )
+                EXPECT_LT( worst, tolerance( 1e-13 ) )
                     << field.label() << ", " << Dim << "D, kinds "
                     << static_cast<int>( kind[0] )
                     << static_cast<int>( kind[1] ) << ", centred " << centred

@@ -46,9 +46,9 @@ TEST_P( UniformGas, staysAtRest )
         ( method == "paper" || ( method == "apic" && basis == "linear" ) );
     advance( *run, amplifies ? 50 : 1000 );
     const auto data = run->particleData();
-    EXPECT_LE( largest( data.velocity ), 1e-12 );
+    EXPECT_LE( largest( data.velocity ), tolerance( 1e-12 ) );
     for ( const Real rho : data.density )
-        EXPECT_NEAR( rho, 1.4, 1e-11 );
+        EXPECT_NEAR( rho, 1.4, tolerance( 1e-11 ) );
     EXPECT_EQ( run->totals().mass,
                simulate( input )->totals().mass ); // to the last bit
 }
@@ -93,7 +93,7 @@ TEST_P( UniformFlow, isTranslatedExactly )
             for ( std::size_t p = 0; p < data.mass.size(); ++p )
             {
                 const bool leaves = open && data.position[2 * p] > 0.5;
-                const Real bound = leaves ? 0.01 : 1e-8;
+                const double bound = leaves ? 0.01 : tolerance( 1e-8 );
                 EXPECT_NEAR( data.velocity[2 * p], 3, bound ) << basis << open;
                 EXPECT_NEAR( data.velocity[2 * p + 1], open ? 0 : 3, bound );
                 EXPECT_NEAR( data.density[p], 1.4, bound );
@@ -134,14 +134,17 @@ TEST_P( ShockTube, conservesEnergyToRoundOff )
                 const auto before = run->totals();
                 advanceTo( *run, 0.4 ); // waves are reflected by the walls
                 const auto after = run->totals();
-                EXPECT_NEAR( after.energy() / before.energy(), 1, 1e-11 )
+                EXPECT_NEAR( after.energy() / before.energy(), 1,
+                             tolerance( 1e-11 ) )
                     << label;
-                EXPECT_NEAR( after.mass / before.mass, 1, 1e-14 ) << label;
+                EXPECT_NEAR( after.mass / before.mass, 1, tolerance( 1e-14 ) )
+                    << label;
                 EXPECT_GT( after.kinetic, 0.001 * before.energy() ) << label;
                 EXPECT_EQ( run->retries(), 0 ) << label;
                 for ( int d = 1; d < dimension; ++d )
                     EXPECT_NEAR( after.momentum[d], 0,
-                                 placement == "lattice" ? 1e-12 : 0.05 )
+                                 placement == "lattice" ? tolerance( 1e-12 )
+                                                        : 0.05 )
                         << label;
             }
 }
@@ -157,8 +160,9 @@ TEST_P( ShockTube, keepsItsEnergyForLong )
     auto run = simulate( input );
     const auto before = run->totals();
     advance( *run, 2000 );
-    EXPECT_NEAR( run->totals().energy() / before.energy(), 1, 1e-11 );
-    EXPECT_NEAR( run->totals().mass / before.mass, 1, 1e-13 );
+    EXPECT_NEAR( run->totals().energy() / before.energy(), 1,
+                 tolerance( 1e-11 ) );
+    EXPECT_NEAR( run->totals().mass / before.mass, 1, tolerance( 1e-13 ) );
 }
 
 TEST_P( ShockTube, periodicBoxConservesMomentum )
@@ -178,7 +182,7 @@ TEST_P( ShockTube, periodicBoxConservesMomentum )
         for ( int d = 0; d < dimension; ++d )
         {
             EXPECT_TRUE( run->conservesMomentum( d ) );
-            EXPECT_NEAR( run->totals().momentum[d], 0, 1e-13 );
+            EXPECT_NEAR( run->totals().momentum[d], 0, tolerance( 1e-13 ) );
         }
     }
 }
@@ -214,7 +218,7 @@ TEST( OpenScene, massBalances )
             const auto& ledger = run->ledger();
             EXPECT_NEAR( run->totals().mass,
                          before + ledger.mass_in - ledger.mass_out,
-                         1e-13 * before );
+                         tolerance( 1e-13 ) * before );
             // rho v A t entered, up to one layer of particles.
             EXPECT_NEAR( ledger.mass_in, 2.8 * 2 * 0.4, 2.8 / 16 );
             EXPECT_GT( ledger.mass_out, 0.5 );
@@ -243,7 +247,7 @@ TEST( OpenScene, recycleKeepsEveryParticle )
     const auto after = run->particleData();
     EXPECT_EQ( std::set<std::int64_t>( before.id.begin(), before.id.end() ),
                std::set<std::int64_t>( after.id.begin(), after.id.end() ) );
-    EXPECT_NEAR( run->totals().mass, 1.4, 1e-13 );
+    EXPECT_NEAR( run->totals().mass, 1.4, tolerance( 1e-13 ) );
 }
 
 // A side may be shared: a jet through a part of it, a wall elsewhere.
@@ -267,7 +271,8 @@ TEST( OpenScene, regionsShareASide )
     const Real before = run->totals().mass;
     advanceTo( *run, 0.1 );
     EXPECT_NEAR( run->ledger().mass_in, 1.4 * 2 * 0.1 * 0.25, 1.4 / 32 * 0.25 );
-    EXPECT_NEAR( run->totals().mass, before + run->ledger().mass_in, 1e-13 );
+    EXPECT_NEAR( run->totals().mass, before + run->ledger().mass_in,
+                 tolerance( 1e-13 ) );
     EXPECT_EQ( run->ledger().mass_out, 0 );
 }
 
@@ -366,10 +371,15 @@ TEST( Gravity, columnStandsAndEnergyBalances )
                 advanceTo( *run, 2 );
                 const Real drift =
                     run->totals().energy() - before - run->ledger().energy_in;
-                EXPECT_NEAR( drift / before, 0, 1e-12 ) << basis << dimension;
+                EXPECT_NEAR( drift / before, 0, tolerance( 1e-12 ) )
+                    << basis << dimension;
                 EXPECT_NE( run->ledger().energy_in, 0 );
+                // On hats what rounding sets off grows with the time that it
+                // has.
                 EXPECT_LE( largest( run->particleData().velocity ),
-                           basis == "linear" ? 0.05 : 0.01 )
+                           basis != "linear" ? 0.01
+                           : is_single       ? 0.5
+                                             : 0.05 )
                     << basis << dimension << method;
             }
         }
@@ -386,9 +396,10 @@ TEST( Gravity, freeFallIsExact )
     advanceTo( *run, 0.5 );
     const auto data = run->particleData();
     for ( std::size_t p = 0; p < data.mass.size(); ++p )
-        EXPECT_NEAR( data.velocity[2 * p + 1], -1, 1e-12 );
-    EXPECT_NEAR( run->ledger().energy_in, 0.5 * 1.4, 1e-12 );
-    EXPECT_NEAR( run->totals().energy() - before, 0.5 * 1.4, 1e-12 );
+        EXPECT_NEAR( data.velocity[2 * p + 1], -1, tolerance( 1e-12 ) );
+    EXPECT_NEAR( run->ledger().energy_in, 0.5 * 1.4, tolerance( 1e-12 ) );
+    EXPECT_NEAR( run->totals().energy() - before, 0.5 * 1.4,
+                 tolerance( 1e-12 ) );
 }
 
 // A stiffened gas with p_inf = 0 is an ideal gas, and one with p_inf > 0
@@ -405,7 +416,7 @@ TEST( StiffenedGas, reducesToIdealAndStiffens )
     advanceTo( *b, 0.1 );
     const auto x = a->particleData(), y = b->particleData();
     for ( std::size_t p = 0; p < x.mass.size(); ++p )
-        EXPECT_NEAR( x.density[p], y.density[p], 1e-11 );
+        EXPECT_NEAR( x.density[p], y.density[p], tolerance( 1e-11 ) );
 
     auto rest = box( 1, 50, 3, "apic", "quadratic", "slip_wall" );
     rest["physics"][0] = { { "type", "stiffened_gas" },
@@ -414,8 +425,8 @@ TEST( StiffenedGas, reducesToIdealAndStiffens )
     auto run = simulate( rest );
     advance( *run, 20 );
     EXPECT_NEAR( run->timeStep(), 0.4 * 0.02 / std::sqrt( 4.4 * 601.0 / 1.4 ),
-                 1e-9 );
-    EXPECT_LE( largest( run->particleData().velocity ), 1e-10 );
+                 tolerance( 1e-9 ) );
+    EXPECT_LE( largest( run->particleData().velocity ), tolerance( 1e-10 ) );
 }
 
 // --- Obstacles
@@ -512,7 +523,8 @@ TEST( Obstacle, projectionDoesNoWork )
         auto run = simulate( input );
         const Real before = run->totals().energy();
         advanceTo( *run, 0.4 );
-        EXPECT_NEAR( run->totals().energy() / before, 1, 1e-11 ) << method;
+        EXPECT_NEAR( run->totals().energy() / before, 1, tolerance( 1e-11 ) )
+            << method;
         EXPECT_EQ( run->ledger().energy_in, 0 );
     }
 }
@@ -542,9 +554,10 @@ TEST( Obstacle, workOfImagesIsAccountedFor )
             const auto label = fmt::format( "{} {}D", basis, dimension );
             // On hats a particle that is put back on the surface changes its
             // affine energy.
-            EXPECT_NEAR(
-                after.energy() - run->ledger().energy_in, before.energy(),
-                ( basis == "linear" ? 1e-5 : 1e-11 ) * before.energy() )
+            EXPECT_NEAR( after.energy() - run->ledger().energy_in,
+                         before.energy(),
+                         ( basis == "linear" ? 1e-5 : tolerance( 1e-11 ) ) *
+                             before.energy() )
                 << label;
             EXPECT_NE( run->ledger().energy_in, 0 ) << label;
             EXPECT_NEAR( run->ledger().energy_in, 0, 0.02 * before.energy() )
@@ -559,7 +572,8 @@ TEST( Obstacle, workOfImagesIsAccountedFor )
                 time = row[0];
             }
             for ( int d = 0; d < dimension; ++d )
-                EXPECT_NEAR( after.momentum[d] + impulse[d], 0, 1e-12 )
+                EXPECT_NEAR( after.momentum[d] + impulse[d], 0,
+                             tolerance( 1e-12 ) )
                     << label << d;
             EXPECT_GT( std::abs( impulse[0] ), 1e-3 ) << label;
         }
@@ -587,7 +601,7 @@ TEST( Sorting, changesNothingButTheOrder )
     }
     ASSERT_EQ( places[0].size(), 16u * 16u * 4u );
     for ( const auto& [id, x] : places[0] )
-        EXPECT_NEAR( x, places[1].at( id ), 1e-11 );
+        EXPECT_NEAR( x, places[1].at( id ), tolerance( 1e-11 ) );
 }
 
 TEST( Seed, decidesRandomPlaces )

@@ -2,6 +2,8 @@
   \file tstShapes.cpp
   \brief Signed-distance shapes against analysis.
 */
+#include "tolerance.hpp"
+
 #include <boundary/shape.hpp>
 
 #include <gtest/gtest.h>
@@ -21,6 +23,7 @@ namespace
 {
 
 using Host = Kokkos::HostSpace;
+using Test::tolerance;
 
 template <int Dim>
 Shape<Dim, Host> hostShape( const Json& json )
@@ -71,12 +74,13 @@ std::vector<Vector<2>> toOutline( const Json& vertices )
 Real outlineDistance( const std::vector<Vector<2>>& outline,
                       const Vector<2>& x )
 {
-    Real least = 1e300;
+    Real least = largest_quantity;
     for ( std::size_t i = 0; i < outline.size(); ++i )
     {
         const auto &a = outline[i], &b = outline[( i + 1 ) % outline.size()];
         const Vector<2> e = along<2>( b, -1, a ), r = along<2>( x, -1, a );
-        const Real s = std::clamp( dot<2>( r, e ) / dot<2>( e, e ), 0.0, 1.0 );
+        const Real s =
+            std::clamp<Real>( dot<2>( r, e ) / dot<2>( e, e ), 0, 1 );
         least = std::min( least, norm<2>( along<2>( r, -s, e ) ) );
     }
     return least;
@@ -108,18 +112,19 @@ void expectSignedDistance( const Shape<Dim, Host>& shape,
                            const std::vector<Vector<Dim>>& points,
                            bool surface_is_reached = true )
 {
-    const Real h = 1e-6;
+    const Real h = is_single ? 2e-4 : 1e-6;
     int checked = 0;
     for ( const auto& x : points )
     {
         const Real d = shape.distance( x );
         const Vector<Dim> n = shape.normal( x );
-        ASSERT_NEAR( norm<Dim>( n ), 1, 1e-14 );
-        ASSERT_LE( shape.distanceBound( x ), d + 1e-14 );
+        ASSERT_NEAR( norm<Dim>( n ), 1, tolerance( 1e-14 ) );
+        ASSERT_LE( shape.distanceBound( x ), d + tolerance( 1e-14 ) );
 
         if ( surface_is_reached )
         {
-            ASSERT_NEAR( shape.distance( along<Dim>( x, -d, n ) ), 0, 1e-13 );
+            ASSERT_NEAR( shape.distance( along<Dim>( x, -d, n ) ), 0,
+                         tolerance( 1e-13 ) );
         }
 
         bool is_smooth = true;
@@ -132,19 +137,20 @@ void expectSignedDistance( const Shape<Dim, Host>& shape,
             gradient[a] =
                 ( shape.distance( upper ) - shape.distance( lower ) ) /
                 ( 2 * h );
-            is_smooth =
-                is_smooth && dot<Dim>( shape.normal( upper ),
-                                       shape.normal( lower ) ) > 1 - 1e-8;
+            is_smooth = is_smooth && dot<Dim>( shape.normal( upper ),
+                                               shape.normal( lower ) ) >
+                                         1 - ( is_single ? 1e-5 : 1e-8 );
         }
         if ( !is_smooth )
             continue;
         ++checked;
-        // Round-off of the difference is 1e-16 / h, its error far smaller.
+        // Round-off of the difference is 1e-16 / h (6e-8 / h), its error far
+        // smaller.
         for ( int a = 0; a < Dim; ++a )
-            ASSERT_NEAR( gradient[a], n[a], 1e-7 );
+            ASSERT_NEAR( gradient[a], n[a], is_single ? 5e-3 : 1e-7 );
     }
     // Ridges fill no volume, so nearly all points must have counted.
-    EXPECT_GT( checked, 0.95 * points.size() );
+    EXPECT_GT( checked, ( is_single ? 0.8 : 0.95 ) * points.size() );
 }
 
 //---------------------------------------------------------------------------//
@@ -168,14 +174,15 @@ void testSphere()
     const auto points = randomPoints<Dim>( 1000, -2, 2, 11 );
     for ( const auto& x : points )
         EXPECT_NEAR( sphere.distance( x ),
-                     norm<Dim>( along<Dim>( x, -1, center ) ) - 0.75, 1e-15 );
+                     norm<Dim>( along<Dim>( x, -1, center ) ) - 0.75,
+                     tolerance( 1e-15 ) );
     expectSignedDistance<Dim>( sphere, points );
 
     EXPECT_EQ( sphere.distance( center ), -0.75 );
     EXPECT_EQ( norm<Dim>( sphere.normal( center ) ), 1 );
     Vector<Dim> far{};
     far[Dim - 1] = -1e12;
-    EXPECT_NEAR( sphere.normal( far )[Dim - 1], -1, 1e-14 );
+    EXPECT_NEAR( sphere.normal( far )[Dim - 1], -1, tolerance( 1e-14 ) );
 }
 
 TEST( Shapes, Sphere )
@@ -220,7 +227,7 @@ void testBox()
         EXPECT_NEAR( box.distance( x ),
                      depth > 0 ? -depth
                                : norm<Dim>( along<Dim>( x, -1, closest ) ),
-                     1e-15 );
+                     tolerance( 1e-15 ) );
     }
     EXPECT_GT( inside, 20 );
     expectSignedDistance<Dim>( box, points );
@@ -265,7 +272,7 @@ void testHalfSpace()
     for ( const auto& x : points )
         EXPECT_NEAR( half.distance( x ),
                      dot<Dim>( n, along<Dim>( x, -1, p ) ) / norm<Dim>( n ),
-                     1e-14 );
+                     tolerance( 1e-14 ) );
     expectSignedDistance<Dim>( half, points );
     EXPECT_GT( half.distance( along<Dim>( p, 1, n ) ), 0 );
 }
@@ -291,7 +298,8 @@ void testPolygon( const std::vector<Vector<2>>& outline, const Json& json,
         const bool is_inside = isInside( outline, x );
         inside += is_inside;
         const Real d = outlineDistance( outline, x );
-        ASSERT_NEAR( polygon.distance( x ), is_inside ? -d : d, 1e-13 )
+        ASSERT_NEAR( polygon.distance( x ), is_inside ? -d : d,
+                     tolerance( 1e-13 ) )
             << x[0] << " " << x[1];
     }
     EXPECT_GT( inside, 15 );
@@ -303,7 +311,8 @@ void testPolygon( const std::vector<Vector<2>>& outline, const Json& json,
     for ( const auto& vertex : outline )
     {
         EXPECT_EQ( polygon.distance( vertex ), 0 );
-        EXPECT_NEAR( norm<2>( polygon.normal( vertex ) ), 1, 1e-14 );
+        EXPECT_NEAR( norm<2>( polygon.normal( vertex ) ), 1,
+                     tolerance( 1e-14 ) );
         for ( int i = 0; i < 20; ++i )
         {
             const Real a = angle( engine );
@@ -314,7 +323,8 @@ void testPolygon( const std::vector<Vector<2>>& outline, const Json& json,
             if ( d > 1e-14 )
             {
                 EXPECT_NEAR( polygon.distance( x ),
-                             isInside( outline, x ) ? -d : d, 1e-15 );
+                             isInside( outline, x ) ? -d : d,
+                             tolerance( 1e-15 ) );
             }
         }
     }
@@ -359,9 +369,11 @@ TEST( Shapes, PolygonSquareIsBox )
                                      { "upper", { 1, 2 } } } );
     for ( const auto& x : randomPoints<2>( 2000, -2, 3, 23 ) )
     {
-        EXPECT_NEAR( polygon.distance( x ), box.distance( x ), 1e-14 );
+        EXPECT_NEAR( polygon.distance( x ), box.distance( x ),
+                     tolerance( 1e-14 ) );
         for ( int d = 0; d < 2; ++d )
-            EXPECT_NEAR( polygon.normal( x )[d], box.normal( x )[d], 1e-13 );
+            EXPECT_NEAR( polygon.normal( x )[d], box.normal( x )[d],
+                         tolerance( 1e-13 ) );
     }
 }
 
@@ -395,9 +407,9 @@ std::pair<Real, Real> surfaces( const Shape<2, Host>& wing, Real x,
 {
     const auto find = [&]( Real in, Real out )
     {
-        while ( std::abs( in - out ) > 1e-12 )
-            ( wing.distance( { x, 0.5 * ( in + out ) } ) < 0 ? in : out ) =
-                0.5 * ( in + out );
+        while ( std::abs( in - out ) > tolerance( 1e-14 ) )
+            ( wing.distance( { x, 0.5_rt * ( in + out ) } ) < 0 ? in : out ) =
+                0.5_rt * ( in + out );
         return in;
     };
     return { find( inside, inside + 1 ), find( inside, inside - 1 ) };
@@ -410,7 +422,7 @@ TEST( Shapes, NacaThickness )
     for ( Real x = 0.05; x < 0.95; x += 0.005 )
     {
         const auto [upper, lower] = surfaces( wing, x, 0 );
-        EXPECT_NEAR( upper, -lower, 1e-11 );
+        EXPECT_NEAR( upper, -lower, tolerance( 1e-11 ) );
         if ( upper - lower > thickest )
         {
             thickest = upper - lower;
@@ -427,10 +439,10 @@ TEST( Shapes, NacaThickness )
     EXPECT_NEAR( wing.distance( { radius, 0 } ), -radius, 0.02 * radius );
 
     // Closed, pointed, and of the right length.
-    EXPECT_NEAR( wing.distance( { 1, 0 } ), 0, 1e-15 );
-    EXPECT_NEAR( wing.distance( { 0, 0 } ), 0, 1e-15 );
-    EXPECT_NEAR( wing.distance( { 1.5, 0 } ), 0.5, 1e-15 );
-    EXPECT_NEAR( wing.distance( { -0.5, 0 } ), 0.5, 1e-15 );
+    EXPECT_NEAR( wing.distance( { 1, 0 } ), 0, tolerance( 1e-15 ) );
+    EXPECT_NEAR( wing.distance( { 0, 0 } ), 0, tolerance( 1e-15 ) );
+    EXPECT_NEAR( wing.distance( { 1.5, 0 } ), 0.5, tolerance( 1e-15 ) );
+    EXPECT_NEAR( wing.distance( { -0.5, 0 } ), 0.5, tolerance( 1e-15 ) );
 }
 
 TEST( Shapes, NacaCamber )
@@ -454,12 +466,12 @@ TEST( Shapes, NacaAngle )
     const auto wing = hostShape<2>( naca( "0012", chord, 0.3, 0.7, 10 ) );
     const Vector<2> tail = { 0.3 + chord * std::cos( angle ),
                              0.7 - chord * std::sin( angle ) };
-    EXPECT_NEAR( wing.distance( tail ), 0, 1e-15 );
-    EXPECT_NEAR( wing.distance( { 0.3, 0.7 } ), 0, 1e-15 );
-    const Vector<2> middle = { 0.5 * ( 0.3 + tail[0] ),
-                               0.5 * ( 0.7 + tail[1] ) };
+    EXPECT_NEAR( wing.distance( tail ), 0, tolerance( 1e-15 ) );
+    EXPECT_NEAR( wing.distance( { 0.3, 0.7 } ), 0, tolerance( 1e-15 ) );
+    const Vector<2> middle = { 0.5_rt * ( 0.3_rt + tail[0] ),
+                               0.5_rt * ( 0.7_rt + tail[1] ) };
     EXPECT_LT( wing.distance( middle ), -0.09 );
-    EXPECT_GT( wing.distance( { middle[0], 1.4 - middle[1] } ), 0.1 );
+    EXPECT_GT( wing.distance( { middle[0], 1.4_rt - middle[1] } ), 0.1 );
 }
 
 //---------------------------------------------------------------------------//
@@ -490,7 +502,7 @@ TEST( Shapes, UnionIsLeast )
     const auto points = randomPoints<2>( 3000, -3, 3, 31 );
     for ( const auto& x : points )
     {
-        Real least = 1e300;
+        Real least = largest_quantity;
         for ( const auto& member : members )
             least = std::min( least, member.distance( x ) );
         EXPECT_EQ( all.distance( x ), least );
@@ -502,7 +514,7 @@ TEST( Shapes, UnionIsLeast )
 TEST( Shapes, EmptyShapeIsFarAway )
 {
     const Shape<3, Host> nothing;
-    EXPECT_GT( nothing.distance( { 0, 0, 0 } ), 1e300 );
+    EXPECT_GT( nothing.distance( { 0, 0, 0 } ), largest_quantity );
     EXPECT_EQ( norm<3>( nothing.normal( { 0, 0, 0 } ) ), 1 );
 }
 
@@ -510,8 +522,9 @@ TEST( Shapes, EmptyShapeIsFarAway )
 TEST( Shapes, FarAway )
 {
     const auto all = hostShape<2>( unionJson() );
-    for ( const Real x : { 1e200, std::numeric_limits<Real>::infinity() } )
-        EXPECT_GT( all.distance( { x, -x } ), 1e150 );
+    for ( const Real x :
+          { 1e10_rt * largest_speed, std::numeric_limits<Real>::infinity() } )
+        EXPECT_GT( all.distance( { x, -x } ), largest_speed );
 }
 
 //---------------------------------------------------------------------------//
@@ -547,11 +560,12 @@ void testKernel( const Json& json )
     {
         // A device may contract to fused multiply-adds.
         EXPECT_NEAR( result_host( i ).distance, reference.distance( points[i] ),
-                     1e-14 );
+                     tolerance( 1e-14 ) );
         EXPECT_NEAR(
             dot<Dim>( result_host( i ).normal, reference.normal( points[i] ) ),
-            1, 1e-12 );
-        EXPECT_LE( bound_host( i ), result_host( i ).distance + 1e-14 );
+            1, tolerance( 1e-12 ) );
+        EXPECT_LE( bound_host( i ),
+                   result_host( i ).distance + tolerance( 1e-14 ) );
     }
 }
 
@@ -681,7 +695,7 @@ TEST( Shapes, Declaration )
         resolve( { { "shape", wing } }, parameters, "f", errors );
     ASSERT_TRUE( errors.empty() ) << errors[0];
     EXPECT_NEAR( hostShape<2>( resolved["shape"] ).distance( { 1, 0 } ), 0,
-                 1e-15 );
+                 tolerance( 1e-15 ) );
     resolve( { { "shape", unionJson() } }, parameters, "f", errors );
     EXPECT_TRUE( errors.empty() ) << errors[0];
 

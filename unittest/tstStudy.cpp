@@ -26,9 +26,9 @@ namespace Machpoint
 namespace
 {
 
-constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 // Of exp, log and pow, a few times over.
-constexpr Real round_off = 1e-12;
+constexpr double round_off = 1e-12;
 
 TEST( Study, MatrixIsTheProductOfEachBlockLastPathFastest )
 {
@@ -107,7 +107,7 @@ Line secondOrder()
     Line line{ "second order", 2, {}, {}, {} };
     for ( const std::int64_t n : { 10, 20, 40 } )
     {
-        const Real cells = static_cast<Real>( n * n );
+        const double cells = static_cast<double>( n * n );
         line.cells.push_back( { n, n } );
         line.seconds.push_back( std::pow( cells, 1.5 ) / 1e3 );
         line.errors.push_back( 1 / cells );
@@ -204,9 +204,9 @@ TEST( Study, AdviceTakesTheBestLine )
 TEST( Study, ErrorsAreExtrapolatedWithTheOrderThatThreeGridsShow )
 {
     // f_h = f + C h^p, so that |f_2h - f_h| = C h^p ( 2^p - 1 ).
-    for ( const Real p : { 0.8, 1.0, 2.0 } )
+    for ( const double p : { 0.8, 1.0, 2.0 } )
     {
-        const Real near = std::pow( 2, p ) - 1;
+        const double near = std::pow( 2, p ) - 1;
         const auto e = extrapolate( near, near * std::pow( 2, p ), 2 );
         ASSERT_TRUE( e.observed );
         EXPECT_NEAR( *e.observed, p, round_off );
@@ -231,7 +231,7 @@ Rung rungOf( const std::int64_t n )
 {
     Rung rung;
     rung.cells = { n };
-    rung.fineness = static_cast<Real>( n );
+    rung.fineness = static_cast<double>( n );
     rung.fixed = 8;
     rung.first = 3 * n;
     rung.last = rung.most = 6 * n;
@@ -240,8 +240,8 @@ Rung rungOf( const std::int64_t n )
     {
         const auto particles = 2 * k <= steps ? 3 * n : 6 * n;
         rung.costs.push_back(
-            { static_cast<Real>( particles ), particles,
-              static_cast<Real>( k ) / static_cast<Real>( steps ) } );
+            { static_cast<double>( particles ), particles,
+              static_cast<double>( k ) / static_cast<double>( steps ) } );
     }
     return rung;
 }
@@ -306,7 +306,7 @@ TEST_F( StudyFiles, SeriesMeansWeightTheSecondHalfBySteps )
 {
     writeSeries( "time,force_x\n1,100\n2,100\n2.5,3\n4,7\n" );
     const auto means = seriesMeans( _folder );
-    EXPECT_NEAR( means.at( "body.force_x" ).get<Real>(),
+    EXPECT_NEAR( means.at( "body.force_x" ).get<double>(),
                  ( 0.5 * 3 + 1.5 * 7 ) / 2, round_off );
 }
 
@@ -318,19 +318,19 @@ TEST_F( StudyFiles, ATornSeriesIsAnError )
 
 #ifdef MACHPOINT_ENABLE_HDF5
 //! A grid output of density 1 + x + shift on n x 1 nodes, all else 1.
-void writeGrid( const std::filesystem::path& folder, const Real lower,
-                const Real spacing, const std::size_t n, const Real shift,
+void writeGrid( const std::filesystem::path& folder, const double lower,
+                const double spacing, const std::size_t n, const double shift,
                 const std::size_t empty )
 {
     makeDirectory( folder / "grid" );
-    std::vector<Real> density( n ), ones( 2 * n, 1 );
+    std::vector<double> density( n ), ones( 2 * n, 1 );
     for ( std::size_t i = 0; i < n; ++i )
-        density[i] = i == empty
-                         ? 0
-                         : 1 + lower + spacing * static_cast<Real>( i ) + shift;
-    const std::vector<Real> first = { lower, 0.5 };
-    const std::vector<Real> spacings = { spacing, 1 };
-    const Real time = 1;
+        density[i] =
+            i == empty ? 0
+                       : 1 + lower + spacing * static_cast<double>( i ) + shift;
+    const std::vector<double> first = { lower, 0.5 };
+    const std::vector<double> spacings = { spacing, 1 };
+    const double time = 1;
     const Communicator ranks;
     writeHdf5( ranks, folder / "grid/00000003.h5",
                { { "time", {}, &time },
@@ -352,19 +352,19 @@ TEST_F( StudyFiles, GridsAreComparedAtTheCentresOfTheFirstOnesCells )
     const auto input = Json::parse(
         R"({ "grid": { "lower": [0, 0], "upper": [4, 1], "cells": [4, 1] } })" );
     auto errors = gridErrors( _folder / "a", _folder / "b", input );
-    EXPECT_NEAR( errors.at( "density.L1" ).get<Real>(), 4 * 0.25, round_off );
-    EXPECT_NEAR( errors.at( "density.L2" ).get<Real>(), 2 * 0.25, round_off );
-    EXPECT_NEAR( errors.at( "density.Linf" ).get<Real>(), 0.25, round_off );
+    EXPECT_NEAR( errors.at( "density.L1" ).get<double>(), 4 * 0.25, round_off );
+    EXPECT_NEAR( errors.at( "density.L2" ).get<double>(), 2 * 0.25, round_off );
+    EXPECT_NEAR( errors.at( "density.Linf" ).get<double>(), 0.25, round_off );
     EXPECT_EQ( errors.at( "velocity.L1" ), 0 );
     // Of 1 + x + .25, whose mean over the four cells is 3.25.
     const auto changes = gridChanges( _folder / "a", _folder / "b", input );
-    EXPECT_NEAR( changes.at( "density.change" ).get<Real>(), 0.25 / 3.25,
+    EXPECT_NEAR( changes.at( "density.change" ).get<double>(), 0.25 / 3.25,
                  round_off );
     EXPECT_EQ( changes.at( "velocity.change" ), 0 );
     EXPECT_EQ( changes.at( "pressure.change" ), 0 );
     // Centres 1.5 and 2.5 lie beside the empty node at 2.25.
     errors = gridErrors( _folder / "a", _folder / "holed", input );
-    EXPECT_NEAR( errors.at( "density.L1" ).get<Real>(), 2 * 0.25, round_off );
+    EXPECT_NEAR( errors.at( "density.L1" ).get<double>(), 2 * 0.25, round_off );
     EXPECT_THROW( gridErrors( _folder / "a", _folder / "none", input ),
                   IoError );
 }
@@ -382,9 +382,9 @@ TEST_F( StudyFiles, ProbesReadPlacesAndLines )
         { "type": "crossing", "name": "none", "field": "density", "value": 9,
           "from": [3.5, 0.5], "to": [0.5, 0.5] } ])" );
     const auto means = probeMeans( _folder, probes );
-    EXPECT_NEAR( means.at( "here.density" ).get<Real>(), 2.25, round_off );
-    EXPECT_NEAR( means.at( "most.density" ).get<Real>(), 4, round_off );
-    EXPECT_NEAR( means.at( "front.distance" ).get<Real>(), 1.5, round_off );
+    EXPECT_NEAR( means.at( "here.density" ).get<double>(), 2.25, round_off );
+    EXPECT_NEAR( means.at( "most.density" ).get<double>(), 4, round_off );
+    EXPECT_NEAR( means.at( "front.distance" ).get<double>(), 1.5, round_off );
     EXPECT_TRUE( means.at( "none.distance" ).is_null() );
     EXPECT_EQ( misfitPlaces( probes[1], 3 ),
                ( std::vector<std::string>{ "from", "to" } ) );

@@ -9,6 +9,7 @@ namespace
 {
 
 using namespace Machpoint;
+using Test::tolerance;
 
 //! A periodic or walled box of randomly placed gas, ready for P2G.
 template <class Basis, int Dim>
@@ -141,13 +142,13 @@ TYPED_TEST( Transfer, conservesMassMomentumAndForce )
             force += host( i, 1 + Dim );
             largest = std::max( largest, std::abs( host( i, 1 + Dim ) ) );
         }
-        EXPECT_NEAR( mass, 1.4, 1e-13 );
+        EXPECT_NEAR( mass, 1.4, tolerance( 1e-13 ) );
         // Gradients of a partition of unity add to nothing.
         EXPECT_GT( largest, 1e-6 );
-        EXPECT_NEAR( force, 0, 1e-12 );
+        EXPECT_NEAR( force, 0, tolerance( 1e-12 ) );
 
         state.halo.fold( state.nodes.moments, momentComponents<Dim>() );
-        EXPECT_NEAR( ownedMass( state ), 1.4, 1e-13 );
+        EXPECT_NEAR( ownedMass( state ), 1.4, tolerance( 1e-13 ) );
     }
 }
 
@@ -181,7 +182,7 @@ TYPED_TEST( Transfer, affineMomentumReproducesLinearVelocity )
             Real exact = 1 + a;
             for ( int b = 0; b < Dim; ++b )
                 exact += slope( a, b ) * y[b];
-            EXPECT_NEAR( affine( row, a ), exact, 1e-12 );
+            EXPECT_NEAR( affine( row, a ), exact, tolerance( 1e-12 ) );
             worst = std::max( worst, std::abs( plain( row, a ) - exact ) );
         }
     }
@@ -211,9 +212,9 @@ struct SomeTerms
         Products<Terms, Dim, Number> terms;
         for ( int t = 0; t < Terms::count; ++t )
         {
-            terms.value[t] = mass * ( 1.0 + t );
+            terms.value[t] = mass * ( 1.0_rt + t );
             for ( int d = 0; d < Dim; ++d )
-                terms.slope[t][d] = mass * ( 3.0 - t + 2 * d );
+                terms.slope[t][d] = mass * ( 3.0_rt - t + 2 * d );
         }
         addProducts( nodes, p, s, layout,
                      OtherWeights<Basis, Dim, Number>::faces( grid, s ),
@@ -257,7 +258,7 @@ void expectSameTerms( const State<Dim>& state )
     for ( std::size_t i = 0; i < alone.extent( 0 ); ++i )
         for ( std::size_t c = 0; c < alone.extent( 1 ); ++c )
         {
-            EXPECT_NEAR( together( i, c ), alone( i, c ), 1e-13 )
+            EXPECT_NEAR( together( i, c ), alone( i, c ), tolerance( 1e-13 ) )
                 << "node " << i << ", column " << c;
             largest = std::max( largest, std::abs( alone( i, c ) ) );
         }

@@ -59,7 +59,7 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
     const auto next_C = state.particles.template next<VelocityGradient>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
     const auto grid = state.grid;
-    const Real half = 0.5 * state.dt;
+    const Real half = 0.5_rt * state.dt;
     const int n = state.particles.size();
     Kokkos::parallel_for(
         "Machpoint::driftParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
@@ -86,7 +86,7 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
                     {
                         const Lanes slope = load( C, p, a, b );
                         store( next_C, slope * factor, p, a, b );
-                        heat += 0.5 * slope * slope *
+                        heat += 0.5_rt * slope * slope *
                                 ( moment - factor * factor * moment_new );
                     }
                 }

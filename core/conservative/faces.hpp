@@ -244,7 +244,7 @@ void measureFaces( const State<Dim>& state, const NodeView& faces,
                                ? ( velocities( row + stride, a ) -
                                    velocities( row, a ) ) *
                                      inverse[a]
-                               : 0.0;
+                               : 0.0_rt;
                 };
                 const int face = face_columns * a;
                 const Real d = difference( i );
@@ -256,18 +256,19 @@ void measureFaces( const State<Dim>& state, const NodeView& faces,
                 faces( i, face + Normalised ) = d * scale;
                 if ( !Limited )
                     continue;
-                const Real closing = Kokkos::max( -d, 0.0 );
+                const Real closing = Kokkos::max( -d, 0.0_rt );
                 Real smooth = closing;
                 if ( i >= stride && i + stride < layout.total )
                 {
                     const Real left = -difference( i - stride );
                     const Real right = -difference( i + stride );
                     smooth = Kokkos::min(
-                        Kokkos::min( 0.5 * ( left + right ), closing ),
+                        Kokkos::min( 0.5_rt * ( left + right ), closing ),
                         2 * Kokkos::min( left, right ) );
                 }
                 faces( i, face + Closing ) = closing;
-                faces( i, face + Rough ) = closing - Kokkos::max( smooth, 0.0 );
+                faces( i, face + Rough ) =
+                    closing - Kokkos::max( smooth, 0.0_rt );
             }
         } );
 }
@@ -286,7 +287,7 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
         "Machpoint::measureMotion", Range( 0, layout.total ),
         KOKKOS_LAMBDA( const int i ) {
             auto mean = [&]( const int row, const int a ) {
-                return 0.5 *
+                return 0.5_rt *
                        ( velocities( row, a ) + velocities( row, Dim + a ) );
             };
             for ( int a = 0; a < Dim; ++a )
@@ -297,7 +298,7 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
                     next < layout.total
                         ? inverse_filling( i, a ) *
                               ( mean( next, a ) - mean( i, a ) ) * inverse[a]
-                        : 0.0;
+                        : 0.0_rt;
                 faces( i, face + Excess ) =
                     moments( i, theta_column<Dim> + a ) - 1;
             }
@@ -364,8 +365,8 @@ void gatherRates( const State<Dim>& state, const NodeView& faces )
                     }
                 const Lanes speed = Kokkos::abs( D );
                 // Two ratios: the product of their denominators may underflow.
-                const Lanes straight =
-                    speed / ( speed + Kokkos::sqrt( curl ) + ( 1e-4 / h ) * c );
+                const Lanes straight = speed / ( speed + Kokkos::sqrt( curl ) +
+                                                 ( 1e-4_rt / h ) * c );
                 const Lanes share = straight * ( rough / compression );
                 phi = choose( zero < compression,
                               choose( zero < c, share, phi ), phi );
@@ -461,7 +462,7 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
                     images.mirror( k ).point( get<Dim>( x, p ) ) );
                 depositStress<Blends>( sums.access(), grid, layout, s, p,
                                        V( p ) * pressure( p ),
-                                       Blends ? mixed( p ) : 0.0 );
+                                       Blends ? mixed( p ) : 0.0_rt );
             } );
 }
 
@@ -487,7 +488,7 @@ void applyPressure( const State<Dim>& state, const NodeRows& rows,
     rows.forEach(
         "Machpoint::applyPressure", KOKKOS_LAMBDA( const int i ) {
             auto pressure = [&]( const int row, const int a ) {
-                return row < 0 ? 0.0
+                return row < 0 ? 0.0_rt
                                : stress( row, a ) * inverse_filling( row, a );
             };
             const Real m = moments( i, 0 );
@@ -498,11 +499,11 @@ void applyPressure( const State<Dim>& state, const NodeRows& rows,
                                        ( pressure( i - layout.stride[a], a ) -
                                          pressure( i, a ) );
                 velocities( i, Dim + a ) =
-                    velocities( i, a ) + ( m > 0 ? dt * force / m : 0.0 );
+                    velocities( i, a ) + ( m > 0 ? dt * force / m : 0.0_rt );
             }
             velocities( i, 2 * Dim ) =
                 blends && m > 0
-                    ? Kokkos::min( 1.0, blend + stress( i, Dim ) / m )
+                    ? Kokkos::min( 1.0_rt, blend + stress( i, Dim ) / m )
                     : blend;
         } );
 }

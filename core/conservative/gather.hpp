@@ -131,8 +131,8 @@ KOKKOS_FORCEINLINE_FUNCTION Number relaxationRate( const Number& excess,
     { return clipped - clip( clipped, Number( -band ), Number( band ) ); };
     const Number slow =
         Kokkos::min( Number( 16 * mach * mach ), Number( 1.0 ) );
-    return Kokkos::abs( expansion ) * past( 0.02 ) +
-           gradient * slow * past( 0.12 );
+    return Kokkos::abs( expansion ) * past( 0.02_rt ) +
+           gradient * slow * past( 0.12_rt );
 }
 
 /*!
@@ -186,7 +186,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto layout = state.layout;
     const Real dt = state.dt;
     const Real smallest = grid.minSpacing();
-    const Real returned = parts.loss_return ? 1.0 : 0.0;
+    const Real returned = parts.loss_return ? 1.0_rt : 0.0_rt;
     const Real kd = parts.volume_relaxation;
     const Real ks = parts.particle_shifting;
     const int n = state.particles.size();
@@ -203,7 +203,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                                            old_v, affine );
             const Lanes zero( 0.0 );
             const Lanes sound = load( c, p );
-            const Real ahead = midpoint ? 0.5 * dt : dt;
+            const Real ahead = midpoint ? 0.5_rt * dt : dt;
             VectorOf<Dim, Lanes> new_x{}, new_v{};
             for ( int a = 0; a < Dim; ++a )
             {
@@ -248,8 +248,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 }
             }
             const Lanes residual = Kokkos::max( g.squares - fitted, zero );
-            const Lanes loss =
-                0.5 * ( returned * ( g.mixing + residual ) + fitted - carried );
+            const Lanes loss = 0.5_rt * ( returned * ( g.mixing + residual ) +
+                                          fitted - carried );
             const Lanes old_e = load( e, p );
             const Lanes old_V = load( V, p );
             const Lanes work =
@@ -325,7 +325,7 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
                                s.moment( b, grid.spacing[b] );
             }
             sum += dt * pressure( p ) * V( p ) * g.expansion -
-                   0.5 * m( p ) * kinetic;
+                   0.5_rt * m( p ) * kinetic;
         },
         given );
     return given;

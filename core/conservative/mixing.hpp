@@ -67,7 +67,7 @@ struct CellPressure
                     }
                 }
         // Without the limit, steep pressures run away.
-        least = Kokkos::max( least, Lanes( 0.0 ) ) / ( 2.0 * Dim );
+        least = Kokkos::max( least, Lanes( 0.0 ) ) / ( 2.0_rt * Dim );
         for ( int a = 0; a < Dim; ++a )
         {
             const Lanes limit = least * grid.inverse[a];
@@ -222,7 +222,7 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
         KOKKOS_LAMBDA( const int i ) {
             const Real volume = means( i, 0 );
             for ( int k = 1; k < 3; ++k )
-                means( i, k ) = volume > 0 ? means( i, k ) / volume : 0.0;
+                means( i, k ) = volume > 0 ? means( i, k ) / volume : 0.0_rt;
         } );
 
     cell_sums.deposit(

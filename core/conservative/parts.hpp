@@ -38,7 +38,7 @@ struct ConservativeParts
     //! Default of the key `time`.
     static constexpr const char* default_time = "midpoint";
     //! Default of the input's `time.cfl`. \param time the integrator
-    static Real defaultCfl( const std::string& time )
+    static double defaultCfl( const std::string& time )
     {
         return time == "midpoint" ? 0.8 : 0.4;
     }

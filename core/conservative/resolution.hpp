@@ -94,7 +94,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const Real dt = state.dt;
     // A particle as large as those of the start is not halved.
     const LargeParticle is_large{
-        Kokkos::max( parts.split_volume, 1.5 / state.per_cell ) *
+        Kokkos::max( parts.split_volume, 1.5_rt / state.per_cell ) *
             state.grid.cellVolume(),
         parts.mass_floor };
     const int n = state.particles.size();
@@ -154,7 +154,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             int axes = 0;
             int first = 0;
             for ( int a = 0; a < Dim; ++a )
-                if ( lengths( p, a ) >= longest - 1e-9 )
+                if ( lengths( p, a ) >= longest - round_off )
                 {
                     if ( axes++ == 0 )
                         first = a;
@@ -163,25 +163,25 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                     const Real strain =
                         Kokkos::abs( affine( p, a, a ) ) +
                         Kokkos::abs( affine( p, first, first ) );
-                    u[a] = a != first && shear < -1e-9 * strain ? -1 : 1;
+                    u[a] = a != first && shear < -round_off * strain ? -1 : 1;
                 }
-            Real offset = 0.25 / Kokkos::sqrt( static_cast<Real>( axes ) ) *
-                          Kokkos::pow( volume( p ), 1.0 / Dim ) *
-                          Kokkos::exp( Kokkos::min( longest, 0.7 ) );
+            Real offset = 0.25_rt / Kokkos::sqrt( static_cast<Real>( axes ) ) *
+                          Kokkos::pow( volume( p ), 1.0_rt / Dim ) *
+                          Kokkos::exp( Kokkos::min( longest, 0.7_rt ) );
             for ( int a = 0; a < Dim; ++a )
                 if ( u[a] != 0 )
                     offset = Kokkos::min(
                         offset,
-                        0.999 * Kokkos::min( x( p, a ) - grid.lower[a],
-                                             grid.upper[a] - x( p, a ) ) );
-            offset = Kokkos::max( offset, 0.0 );
+                        0.999_rt * Kokkos::min( x( p, a ) - grid.lower[a],
+                                                grid.upper[a] - x( p, a ) ) );
+            offset = Kokkos::max( offset, 0.0_rt );
             // Half the length along the direction, the same across.
-            const Real halved = Kokkos::log( 2.0 );
+            const Real halved = Kokkos::log( 2.0_rt );
             id( q ) = number( k );
             for ( const int half : { p, q } )
             {
-                mass( half ) *= 0.5;
-                volume( half ) *= 0.5;
+                mass( half ) *= 0.5_rt;
+                volume( half ) *= 0.5_rt;
                 for ( int b = 0; b < Dim; ++b )
                 {
                     lengths( half, b ) += halved / Dim;
@@ -199,7 +199,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                     {
                         const Real slope = affine( half, a, b );
                         affine( half, a, b ) = slope * factor;
-                        e( half ) += 0.5 * slope * slope *
+                        e( half ) += 0.5_rt * slope * slope *
                                      ( moment - factor * factor * moment_new );
                     }
                 }
@@ -250,7 +250,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto grid = state.grid;
     // Pairs that the gas's own particles would be at the start do not merge.
     const Real largest =
-        Kokkos::min( parts.merge_volume, 0.5 / state.per_cell ) *
+        Kokkos::min( parts.merge_volume, 0.5_rt / state.per_cell ) *
         grid.cellVolume();
     const int n = state.particles.size();
     const auto box = state.layout.box;
@@ -317,7 +317,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                          m( p ) + m( q ) >
                              2 * ( original( p ) + original( q ) ) ||
                          Kokkos::abs( e( p ) - e( q ) ) >=
-                             0.1 * ( e( p ) + e( q ) ) )
+                             0.1_rt * ( e( p ) + e( q ) ) )
                         continue;
                     Real distance = 0;
                     Real slip = 0;
@@ -328,8 +328,8 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                         distance += dx * dx;
                         slip += dv * dv;
                     }
-                    if ( slip < 0.04 * c( p ) * c( p ) &&
-                         distance < nearest * ( 1 - 1e-9 ) )
+                    if ( slip < 0.04_rt * c( p ) * c( p ) &&
+                         distance < nearest * ( 1 - round_off ) )
                     {
                         nearest = distance;
                         partner = q;
@@ -377,15 +377,17 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 const bool spreads = with_spread <= before;
                 const Real kinetic = spreads ? with_spread : after;
                 // Without spread it cannot grow, but for hats.
-                const Real factor =
-                    kinetic > before ? Kokkos::sqrt( before / kinetic ) : 1.0;
+                const Real factor = kinetic > before
+                                        ? Kokkos::sqrt( before / kinetic )
+                                        : 1.0_rt;
                 for ( int b = 0; b < Dim; ++b )
                     for ( int a = 0; a < Dim; ++a )
                         C( p, a, b ) =
-                            factor * ( fp * C( p, a, b ) + fq * C( q, a, b ) +
-                                       ( spreads ? spreadOf( a, b ) : 0.0 ) );
+                            factor *
+                            ( fp * C( p, a, b ) + fq * C( q, a, b ) +
+                              ( spreads ? spreadOf( a, b ) : 0.0_rt ) );
                 e( p ) = fp * e( p ) + fq * e( q ) +
-                         0.5 * ( before - factor * factor * kinetic );
+                         0.5_rt * ( before - factor * factor * kinetic );
                 for ( int a = 0; a < Dim; ++a )
                 {
                     x( p, a ) = fp * x( p, a ) + fq * x( q, a );

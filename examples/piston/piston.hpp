@@ -111,10 +111,9 @@ class Piston : public Machpoint::Module<Dim>
     void applyToParticles( Machpoint::State<Dim>& state ) override
     {
         const int axis = _axis;
-        const Real time = state.time + state.dt;
+        const double time = state.time + state.dt;
         const Real face = faceAt( time );
-        // Far beyond rounding, and far below anything that the gas resolves.
-        const Real front = face + 1e-6 * state.grid.spacing[axis];
+        const Real front = face + Machpoint::nudge * state.grid.spacing[axis];
         if ( !( front < state.grid.upper[axis] ) )
             throw Machpoint::NumericalFailure( fmt::format(
                 "piston \"{}\" reached the far side of the domain at t = "
@@ -144,7 +143,7 @@ class Piston : public Machpoint::Module<Dim>
     }
 
   private:
-    Real faceAt( const Real time ) const
+    Real faceAt( const double time ) const
     {
         return _position + _velocity * time;
     }

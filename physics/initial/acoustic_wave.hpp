@@ -51,14 +51,14 @@ class AcousticWaveState : public InitialState
     {
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
         return _wave.state( x, 0 );
     }
 
-    Gradient velocityGradient( const Vector<3>& x ) const override
+    Gradient velocityGradient( const Vector3& x ) const override
     {
-        const Real slope = _wave.initialSlope( x );
+        const double slope = _wave.initialSlope( x );
         const auto& n = _wave.direction();
         Gradient gradient{};
         for ( int a = 0; a < 3; ++a )

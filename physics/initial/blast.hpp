@@ -62,15 +62,15 @@ class Blast : public InitialState
         : _json( json ), _center( toVector3( json.at( "center" ) ) ),
           _radius( json.at( "radius" ) )
     {
-        const Real energy = json.at( "energy" );
+        const double energy = json.at( "energy" );
         _peak_pressure =
             ( scene.gas.gamma - 1 ) * energy /
-            Kokkos::pow( Kokkos::sqrt( 2 * Kokkos::numbers::pi_v<Real> ) *
+            Kokkos::pow( Kokkos::sqrt( 2 * Kokkos::numbers::pi_v<double> ) *
                              _radius,
                          scene.dimension );
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
         GasState gas{};
         Gradient gradient{};
@@ -78,7 +78,7 @@ class Blast : public InitialState
         return gas;
     }
 
-    void apply( const Vector<3>& x, GasState& gas,
+    void apply( const Vector3& x, GasState& gas,
                 Gradient& gradient ) const override
     {
         if ( gas.density == 0 )
@@ -92,7 +92,7 @@ class Blast : public InitialState
             gas.velocity = toVector3( _json.at( "velocity" ) );
             gradient = {};
         }
-        Real square = 0;
+        double square = 0;
         for ( int d = 0; d < 3; ++d )
             square += ( x[d] - _center[d] ) * ( x[d] - _center[d] );
         gas.pressure +=
@@ -101,9 +101,9 @@ class Blast : public InitialState
 
   private:
     Json _json;
-    Vector<3> _center;
-    Real _radius;
-    Real _peak_pressure;
+    Vector3 _center;
+    double _radius;
+    double _peak_pressure;
 };
 
 } // namespace Machpoint

@@ -43,16 +43,16 @@ class Hydrostatic : public InitialState
     {
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
-        const Real ratio = Kokkos::exp( _gravity * _density / _pressure *
-                                        ( x[_axis] - _position ) );
+        const double ratio = Kokkos::exp( _gravity * _density / _pressure *
+                                          ( x[_axis] - _position ) );
         return { _density * ratio, {}, _pressure * ratio };
     }
 
   private:
     int _axis;
-    Real _position, _density, _pressure, _gravity;
+    double _position, _density, _pressure, _gravity;
 };
 
 } // namespace Machpoint

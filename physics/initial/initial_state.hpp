@@ -19,7 +19,7 @@ struct SceneFacts
 };
 
 //! d v_a / d x_b [3][3], 1/time; rows and columns beyond Dim are 0.
-using Gradient = Kokkos::Array<Vector<3>, 3>;
+using Gradient = Kokkos::Array<Vector3, 3>;
 
 /*!
   \brief A gas state for every place. Host only: it is asked once per particle.
@@ -32,12 +32,12 @@ class InitialState
     virtual ~InitialState() = default;
 
     //! \param x position, components beyond Dim are 0
-    virtual GasState state( const Vector<3>& x ) const = 0;
+    virtual GasState state( const Vector3& x ) const = 0;
 
     //! Gradient of the velocity where it is smooth. A jump has none: it is
     //! left to the grid, so that states that are uniform but for jumps need
     //! not override this.
-    virtual Gradient velocityGradient( const Vector<3>& ) const { return {}; }
+    virtual Gradient velocityGradient( const Vector3& ) const { return {}; }
 
     /*!
       \brief Lays this state over that of the entries before it.
@@ -46,7 +46,7 @@ class InitialState
       \param[in,out] gas of zero density where nothing is yet
       \param[in,out] gradient of its velocity
     */
-    virtual void apply( const Vector<3>& x, GasState& gas,
+    virtual void apply( const Vector3& x, GasState& gas,
                         Gradient& gradient ) const
     {
         gas = state( x );
@@ -70,7 +70,7 @@ inline std::vector<std::string> axisNames( const int dimension )
 //! A vector of zeros, for defaults. \param dimension 0: of all axes
 inline Json zeros( const int dimension )
 {
-    return std::vector<Real>( dimension ? dimension : 3, 0 );
+    return std::vector<double>( dimension ? dimension : 3, 0 );
 }
 
 //! Declares the keys of a GasState.
@@ -95,16 +95,16 @@ inline void declareDirection( Parameters& p, const std::string& what )
 }
 
 //! Reads what declareDirection declares. \return a unit vector
-inline Vector<3> toDirection( const Json& json )
+inline Vector3 toDirection( const Json& json )
 {
-    Vector<3> n{};
+    Vector3 n{};
     if ( !json.contains( "normal" ) )
     {
         n[axisNumber( json.at( "axis" ) )] = 1;
         return n;
     }
     n = toVector3( json.at( "normal" ) );
-    const Real length = Kokkos::sqrt( dot<3>( n, n ) );
+    const double length = Kokkos::sqrt( dot<3>( n, n ) );
     for ( int d = 0; d < 3; ++d )
         n[d] /= length;
     return n;

@@ -53,12 +53,12 @@ class IsentropicVortexState : public InitialState
     {
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
         return _vortex.stateAt( fromCenter( x ) );
     }
 
-    Gradient velocityGradient( const Vector<3>& x ) const override
+    Gradient velocityGradient( const Vector3& x ) const override
     {
         const auto plane = _vortex.gradientAt( fromCenter( x ) );
         Gradient gradient{};
@@ -71,7 +71,7 @@ class IsentropicVortexState : public InitialState
   private:
     IsentropicVortex _vortex;
 
-    Vector<3> fromCenter( Vector<3> x ) const
+    Vector3 fromCenter( Vector3 x ) const
     {
         for ( int d = 0; d < 3; ++d )
             x[d] -= _vortex.center()[d];

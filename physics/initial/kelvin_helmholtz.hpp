@@ -33,7 +33,7 @@ class KelvinHelmholtz : public InitialState
         Parameters p( name, "shear layers with a single mode", dimension );
         const auto number = [&]( const char* key, const char* text,
                                  const char* unit,
-                                 const Real value ) -> Parameter&
+                                 const double value ) -> Parameter&
         {
             return p.number( key, text )
                 .unit( unit )
@@ -66,16 +66,16 @@ class KelvinHelmholtz : public InitialState
           _pressure( json.at( "pressure" ) ),
           _thickness( json.at( "thickness" ) ),
           _amplitude( json.at( "amplitude" ) ),
-          _k( 2 * Kokkos::numbers::pi_v<Real> /
-              json.at( "wavelength" ).get<Real>() )
+          _k( 2 * Kokkos::numbers::pi_v<double> /
+              json.at( "wavelength" ).get<double>() )
     {
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
-        const Real s = depth( x ) / _thickness;
-        const Real half = 0.5 * Kokkos::exp( -Kokkos::abs( s ) );
-        const Real inner = s < 0 ? half : 1 - half;
+        const double s = depth( x ) / _thickness;
+        const double half = 0.5 * Kokkos::exp( -Kokkos::abs( s ) );
+        const double inner = s < 0 ? half : 1 - half;
         return {
             _outer_density + inner * ( _inner_density - _outer_density ),
             { _outer_velocity + inner * ( _inner_velocity - _outer_velocity ),
@@ -83,12 +83,12 @@ class KelvinHelmholtz : public InitialState
             _pressure };
     }
 
-    Gradient velocityGradient( const Vector<3>& x ) const override
+    Gradient velocityGradient( const Vector3& x ) const override
     {
-        const Real slope =
+        const double slope =
             0.5 * Kokkos::exp( -Kokkos::abs( depth( x ) ) / _thickness ) /
             _thickness;
-        const Real sign = isNearLower( x ) ? 1 : -1;
+        const double sign = isNearLower( x ) ? 1 : -1;
         Gradient gradient{};
         gradient[0][1] = sign * slope * ( _inner_velocity - _outer_velocity );
         gradient[1][0] = _amplitude * _k * Kokkos::cos( _k * x[0] );
@@ -96,17 +96,17 @@ class KelvinHelmholtz : public InitialState
     }
 
   private:
-    Real _lower, _upper;
-    Real _outer_density, _inner_density;
-    Real _outer_velocity, _inner_velocity;
-    Real _pressure, _thickness, _amplitude, _k;
+    double _lower, _upper;
+    double _outer_density, _inner_density;
+    double _outer_velocity, _inner_velocity;
+    double _pressure, _thickness, _amplitude, _k;
 
-    bool isNearLower( const Vector<3>& x ) const
+    bool isNearLower( const Vector3& x ) const
     {
         return x[1] - _lower < _upper - x[1];
     }
     //! Distance from the nearest layer, positive in the inner stream.
-    Real depth( const Vector<3>& x ) const
+    double depth( const Vector3& x ) const
     {
         return Kokkos::min( x[1] - _lower, _upper - x[1] );
     }

@@ -47,13 +47,13 @@ class Noh : public InitialState
     {
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
         return _solution.state( x, 0 );
     }
 
     //! -u ( delta_ab - n_a n_b ) / r; the jump at the centre has none.
-    Gradient velocityGradient( const Vector<3>& x ) const override
+    Gradient velocityGradient( const Vector3& x ) const override
     {
         const auto [n, r] = _solution.radial( x );
         Gradient gradient{};
@@ -68,7 +68,7 @@ class Noh : public InitialState
   private:
     NohSolution _solution;
     int _dimension;
-    Real _speed;
+    double _speed;
 };
 
 } // namespace Machpoint

@@ -35,7 +35,7 @@ class RayleighTaylor : public InitialState
         p.choice( "axis", axisNames( dimension ), "upwards" ).defaultsTo( "y" );
         const auto number = [&]( const char* key, const char* text,
                                  const char* unit,
-                                 const Real value ) -> Parameter&
+                                 const double value ) -> Parameter&
         {
             return p.number( key, text )
                 .unit( unit )
@@ -72,23 +72,24 @@ class RayleighTaylor : public InitialState
           _pressure( json.at( "pressure" ) ), _gravity( json.at( "gravity" ) ),
           _amplitude( json.at( "amplitude" ) )
     {
-        const Real turn = 2 * Kokkos::numbers::pi_v<Real>;
+        const double turn = 2 * Kokkos::numbers::pi_v<double>;
         for ( int d = 0; d < 3; ++d )
-            _k[d] = turn /
-                    json.at( d == _axis ? "height" : "wavelength" ).get<Real>();
+            _k[d] =
+                turn /
+                json.at( d == _axis ? "height" : "wavelength" ).get<double>();
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
-        const Real s = x[_axis] - _position;
-        const Real density = s < 0 ? _lower_density : _upper_density;
+        const double s = x[_axis] - _position;
+        const double density = s < 0 ? _lower_density : _upper_density;
         GasState gas{ density, {}, _pressure + density * _gravity * s };
         gas.velocity[_axis] =
             _amplitude * wave( x, 0 ) * wave( x, 1 ) * wave( x, 2 );
         return gas;
     }
 
-    Gradient velocityGradient( const Vector<3>& x ) const override
+    Gradient velocityGradient( const Vector3& x ) const override
     {
         Gradient gradient{};
         for ( int b = 0; b < 3; ++b )
@@ -100,16 +101,16 @@ class RayleighTaylor : public InitialState
 
   private:
     int _axis;
-    Real _position;
-    Real _lower_density, _upper_density;
-    Real _pressure, _gravity, _amplitude;
-    Vector<3> _k{};
+    double _position;
+    double _lower_density, _upper_density;
+    double _pressure, _gravity, _amplitude;
+    Vector3 _k{};
 
-    Real phase( const Vector<3>& x, const int d ) const
+    double phase( const Vector3& x, const int d ) const
     {
         return _k[d] * ( x[d] - ( d == _axis ? _position : 0 ) );
     }
-    Real wave( const Vector<3>& x, const int d ) const
+    double wave( const Vector3& x, const int d ) const
     {
         return 0.5 * ( 1 + Kokkos::cos( phase( x, d ) ) );
     }

@@ -38,14 +38,14 @@ class Riemann : public InitialState
     {
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
         return dot<3>( _normal, x ) < _position ? _left : _right;
     }
 
   private:
-    Vector<3> _normal;
-    Real _position;
+    Vector3 _normal;
+    double _position;
     GasState _left;
     GasState _right;
 };

@@ -52,12 +52,12 @@ class ShuOsher : public InitialState
           _amplitude( json.at( "amplitude" ) ),
           _wavenumber( json.at( "wavenumber" ) )
     {
-        const Real gamma = scene.gas.gamma;
-        const Real sound_speed =
+        const double gamma = scene.gas.gamma;
+        const double sound_speed =
             Kokkos::sqrt( gamma * ( 1 + scene.gas.pressure_offset ) );
-        const Real mach = json.at( "mach" );
-        const Real square = mach * mach;
-        const Real ratio =
+        const double mach = json.at( "mach" );
+        const double square = mach * mach;
+        const double ratio =
             ( gamma + 1 ) * square / ( ( gamma - 1 ) * square + 2 );
         _behind.density = ratio;
         _behind.pressure =
@@ -67,19 +67,19 @@ class ShuOsher : public InitialState
                 mach * sound_speed * ( 1 - 1 / ratio ) * _direction[d];
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
-        const Real s = dot<3>( _direction, x );
+        const double s = dot<3>( _direction, x );
         if ( s < _position )
             return _behind;
         return { 1 + _amplitude * Kokkos::sin( _wavenumber * s ), {}, 1 };
     }
 
   private:
-    Vector<3> _direction;
-    Real _position;
-    Real _amplitude;
-    Real _wavenumber;
+    Vector3 _direction;
+    double _position;
+    double _amplitude;
+    double _wavenumber;
     GasState _behind;
 };
 

@@ -55,17 +55,17 @@ class TaylorGreen : public InitialState
     TaylorGreen( const Json& json, const SceneFacts& scene )
         : _dimension( scene.dimension ), _density( json.at( "density" ) ),
           _speed( json.at( "speed" ) ), _pressure( json.at( "pressure" ) ),
-          _k( 2 * Kokkos::numbers::pi_v<Real> /
-              json.at( "wavelength" ).get<Real>() )
+          _k( 2 * Kokkos::numbers::pi_v<double> /
+              json.at( "wavelength" ).get<double>() )
     {
     }
 
-    GasState state( const Vector<3>& y ) const override
+    GasState state( const Vector3& y ) const override
     {
         using Kokkos::cos, Kokkos::sin;
-        const Real x[] = { _k * y[0], _k * y[1], _k * y[2] };
-        const Real u = _speed * cos( x[2] );
-        const Real depth =
+        const double x[] = { _k * y[0], _k * y[1], _k * y[2] };
+        const double u = _speed * cos( x[2] );
+        const double depth =
             _dimension == 2 ? 0.25 : ( cos( 2 * x[2] ) + 2 ) / 16;
         return { _density,
                  { u * sin( x[0] ) * cos( x[1] ),
@@ -74,13 +74,13 @@ class TaylorGreen : public InitialState
                                  ( cos( 2 * x[0] ) + cos( 2 * x[1] ) ) };
     }
 
-    Gradient velocityGradient( const Vector<3>& y ) const override
+    Gradient velocityGradient( const Vector3& y ) const override
     {
         using Kokkos::cos, Kokkos::sin;
-        const Real x[] = { _k * y[0], _k * y[1], _k * y[2] };
-        const Real u = _k * _speed;
-        const Real cc = cos( x[0] ) * cos( x[1] ),
-                   ss = sin( x[0] ) * sin( x[1] );
+        const double x[] = { _k * y[0], _k * y[1], _k * y[2] };
+        const double u = _k * _speed;
+        const double cc = cos( x[0] ) * cos( x[1] ),
+                     ss = sin( x[0] ) * sin( x[1] );
         Gradient gradient{};
         gradient[0] = { u * cc * cos( x[2] ), -u * ss * cos( x[2] ),
                         -u * sin( x[0] ) * cos( x[1] ) * sin( x[2] ) };
@@ -91,7 +91,7 @@ class TaylorGreen : public InitialState
 
   private:
     int _dimension;
-    Real _density, _speed, _pressure, _k;
+    double _density, _speed, _pressure, _k;
 };
 
 } // namespace Machpoint

@@ -60,9 +60,9 @@ class TwoBlasts : public InitialState
     {
     }
 
-    GasState state( const Vector<3>& x ) const override
+    GasState state( const Vector3& x ) const override
     {
-        const Real s = dot<3>( _direction, x );
+        const double s = dot<3>( _direction, x );
         return { _density,
                  {},
                  s < _left_end      ? _left
@@ -71,10 +71,10 @@ class TwoBlasts : public InitialState
     }
 
   private:
-    Vector<3> _direction;
-    Real _left_end, _right_start;
-    Real _density;
-    Real _left, _middle, _right;
+    Vector3 _direction;
+    double _left_end, _right_start;
+    double _density;
+    double _left, _middle, _right;
 };
 
 } // namespace Machpoint

@@ -22,7 +22,7 @@ class Uniform : public InitialState
     }
 
     explicit Uniform( const Json& json ) : _state( toGasState( json ) ) {}
-    GasState state( const Vector<3>& ) const override { return _state; }
+    GasState state( const Vector3& ) const override { return _state; }
 
   private:
     GasState _state;

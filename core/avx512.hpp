@@ -1,0 +1,159 @@
+/*!
+  \file avx512.hpp
+  \brief Layer 2: columns of nodes in registers of AVX-512, a lane for each
+  particle of a pack, for core/lanes.hpp.
+
+  Node row[l] starts row[l] * columns numbers behind `first`; lane l of a
+  register gets its number. Rows are read whole and turned into registers of
+  one column, which takes half as long as to collect the columns.
+*/
+#ifndef MACHPOINT_AVX512_HPP
+#define MACHPOINT_AVX512_HPP
+
+#include <core/types.hpp>
+
+#ifdef KOKKOS_ARCH_AVX512XEON
+#define MACHPOINT_HAS_AVX512
+#include <immintrin.h>
+
+#include <cstddef>
+
+namespace Machpoint::Avx512
+{
+
+//! Where eight nodes start.
+KOKKOS_FORCEINLINE_FUNCTION __m512i starts( const int* const row,
+                                            const std::size_t columns )
+{
+    return _mm512_mullo_epi64(
+        _mm512_cvtepi32_epi64(
+            _mm256_loadu_si256( reinterpret_cast<const __m256i*>( row ) ) ),
+        _mm512_set1_epi64( static_cast<long long>( columns ) ) );
+}
+
+//! \name One column
+//! @{
+KOKKOS_FORCEINLINE_FUNCTION __m512d gather( const double* const first,
+                                            const int* const row,
+                                            const std::size_t columns )
+{
+    return _mm512_i64gather_pd( starts( row, columns ), first,
+                                sizeof( double ) );
+}
+KOKKOS_FORCEINLINE_FUNCTION __m512 gather( const float* const first,
+                                           const int* const row,
+                                           const std::size_t columns )
+{
+    auto half = [&]( const int l )
+    {
+        return _mm512_i64gather_ps( starts( row + l, columns ), first,
+                                    sizeof( float ) );
+    };
+    return _mm512_insertf32x8( _mm512_castps256_ps512( half( 0 ) ), half( 8 ),
+                               1 );
+}
+//! @}
+
+//! \name Two columns
+//! @{
+KOKKOS_FORCEINLINE_FUNCTION void loadColumns( const double* const first,
+                                              const int* const row,
+                                              const std::size_t columns,
+                                              __m512d ( &values )[2] )
+{
+    // Of lanes l and l + 2, and of l, l + 2, l + 4 and l + 6.
+    auto two = [&]( const int l )
+    {
+        return _mm256_insertf128_pd(
+            _mm256_castpd128_pd256( _mm_loadu_pd( first + row[l] * columns ) ),
+            _mm_loadu_pd( first + row[l + 2] * columns ), 1 );
+    };
+    auto four = [&]( const int l )
+    {
+        return _mm512_insertf64x4( _mm512_castpd256_pd512( two( l ) ),
+                                   two( l + 4 ), 1 );
+    };
+    const __m512d even = four( 0 ), odd = four( 1 );
+    values[0] = _mm512_unpacklo_pd( even, odd );
+    values[1] = _mm512_unpackhi_pd( even, odd );
+}
+KOKKOS_FORCEINLINE_FUNCTION void loadColumns( const float* const first,
+                                              const int* const row,
+                                              const std::size_t columns,
+                                              __m512 ( &values )[2] )
+{
+    // Both of a node at once, as if they were one double.
+    auto eight = [&]( const int l )
+    {
+        return _mm512_castpd_ps( _mm512_i64gather_pd(
+            starts( row + l, columns ), first, sizeof( float ) ) );
+    };
+    const __m512 a = eight( 0 ), b = eight( 8 );
+    const __m512i even = _mm512_setr_epi32( 0, 2, 4, 6, 8, 10, 12, 14, 16, 18,
+                                            20, 22, 24, 26, 28, 30 );
+    const __m512i odd = _mm512_setr_epi32( 1, 3, 5, 7, 9, 11, 13, 15, 17, 19,
+                                           21, 23, 25, 27, 29, 31 );
+    values[0] = _mm512_permutex2var_ps( a, even, b );
+    values[1] = _mm512_permutex2var_ps( a, odd, b );
+}
+//! @}
+
+//! \name Four columns
+//! @{
+KOKKOS_FORCEINLINE_FUNCTION void loadColumns( const double* const first,
+                                              const int* const row,
+                                              const std::size_t columns,
+                                              __m512d ( &values )[4] )
+{
+    // Of lanes l and l + 4.
+    auto two = [&]( const int l )
+    {
+        return _mm512_insertf64x4(
+            _mm512_castpd256_pd512(
+                _mm256_loadu_pd( first + row[l] * columns ) ),
+            _mm256_loadu_pd( first + row[l + 4] * columns ), 1 );
+    };
+    const __m512d a = two( 0 ), b = two( 1 ), c = two( 2 ), d = two( 3 );
+    const __m512d ab_even = _mm512_unpacklo_pd( a, b );
+    const __m512d ab_odd = _mm512_unpackhi_pd( a, b );
+    const __m512d cd_even = _mm512_unpacklo_pd( c, d );
+    const __m512d cd_odd = _mm512_unpackhi_pd( c, d );
+    const __m512i lower = _mm512_setr_epi64( 0, 1, 8, 9, 4, 5, 12, 13 );
+    const __m512i upper = _mm512_setr_epi64( 2, 3, 10, 11, 6, 7, 14, 15 );
+    values[0] = _mm512_permutex2var_pd( ab_even, lower, cd_even );
+    values[1] = _mm512_permutex2var_pd( ab_odd, lower, cd_odd );
+    values[2] = _mm512_permutex2var_pd( ab_even, upper, cd_even );
+    values[3] = _mm512_permutex2var_pd( ab_odd, upper, cd_odd );
+}
+KOKKOS_FORCEINLINE_FUNCTION void loadColumns( const float* const first,
+                                              const int* const row,
+                                              const std::size_t columns,
+                                              __m512 ( &values )[4] )
+{
+    // Of lanes l and l + 4, and of l, l + 4, l + 8 and l + 12.
+    auto two = [&]( const int l )
+    {
+        return _mm256_set_m128( _mm_loadu_ps( first + row[l + 4] * columns ),
+                                _mm_loadu_ps( first + row[l] * columns ) );
+    };
+    auto four = [&]( const int l )
+    {
+        return _mm512_insertf32x8( _mm512_castps256_ps512( two( l ) ),
+                                   two( l + 8 ), 1 );
+    };
+    const __m512 a = four( 0 ), b = four( 1 ), c = four( 2 ), d = four( 3 );
+    const __m512 ab_lower = _mm512_unpacklo_ps( a, b );
+    const __m512 ab_upper = _mm512_unpackhi_ps( a, b );
+    const __m512 cd_lower = _mm512_unpacklo_ps( c, d );
+    const __m512 cd_upper = _mm512_unpackhi_ps( c, d );
+    values[0] = _mm512_shuffle_ps( ab_lower, cd_lower, 0x44 );
+    values[1] = _mm512_shuffle_ps( ab_lower, cd_lower, 0xee );
+    values[2] = _mm512_shuffle_ps( ab_upper, cd_upper, 0x44 );
+    values[3] = _mm512_shuffle_ps( ab_upper, cd_upper, 0xee );
+}
+//! @}
+
+} // namespace Machpoint::Avx512
+
+#endif
+#endif
