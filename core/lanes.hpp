@@ -11,7 +11,6 @@
 #ifndef MACHPOINT_LANES_HPP
 #define MACHPOINT_LANES_HPP
 
-#include <core/avx512.hpp>
 #include <core/types.hpp>
 
 #include <cassert>
@@ -21,7 +20,10 @@
 #if !defined( KOKKOS_ENABLE_CUDA ) && !defined( KOKKOS_ENABLE_HIP ) &&         \
     !defined( KOKKOS_ENABLE_SYCL ) && !defined( MACHPOINT_ONE_LANE )
 #define MACHPOINT_HAS_LANES
+#include <core/avx512.hpp>
+
 #include <Kokkos_SIMD.hpp>
+
 #include <cstring>
 #endif
 

@@ -42,7 +42,7 @@ inline constexpr Real nudge = is_single ? 1e-2 : 1e-6;
 
 //! A literal of that type, 0.5_rt: as a double it would make doubles of all
 //! that a kernel multiplies it by.
-constexpr Real operator""_rt( const long double value )
+consteval Real operator""_rt( const long double value )
 {
     return static_cast<Real>( value );
 }

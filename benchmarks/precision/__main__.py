@@ -1,0 +1,152 @@
+"""What single precision costs in accuracy and gives in time and memory.
+
+Usage: python3 benchmarks/precision [--double DIR] [--single DIR]
+           [--rounds NUMBER] [--fast] [--docs]
+
+Runs the same scenes on a build in double and one in single precision of the same
+backend, in turn and on one thread:
+
+    cmake --preset serial && cmake --build --preset serial
+    cmake --preset serial -B build/single -D Machpoint_PRECISION=single
+    cmake --build build/single
+
+--docs writes docs/performance.md. Exit code: 0.
+"""
+import argparse
+import pathlib
+import statistics
+import sys
+import tempfile
+
+sys.path += [str(pathlib.Path(__file__).resolve().parents[1] / name)
+             for name in ("performance", "kernels", "speed")]
+
+import jobs
+import machine
+import page
+
+CONSERVATIVE = {"method": {"name": "conservative", "basis": "quadratic"}}
+APIC = {"method": {"name": "apic", "basis": "quadratic"}}
+# Scene, what is changed, steps.
+ERRORS = [("sod", CONSERVATIVE, None),
+          ("sod", {**CONSERVATIVE, "grid.cells": [3200]}, None),
+          *((name, CONSERVATIVE, None) for name in
+            ["leblanc", "toro2", "toro3", "toro4", "toro5", "vacuum", "noh_1d",
+             "mach100_shock", "slow_shock", "acoustic_wave", "gravity_column",
+             "translation", "isentropic_vortex"])]
+GRIDS = [64, 128, 256, 512]
+SPEEDS = [
+    ("`apic`, 2D, 512x512", "taylor_green",
+     {**APIC, "grid.cells": [512, 512]}, 20),
+    ("`conservative`, 2D, 512x512", "taylor_green",
+     {**CONSERVATIVE, "grid.cells": [512, 512]}, 20),
+    ("Mach 3 cylinder, 400x200", "cylinder_mach3",
+     {**CONSERVATIVE, "grid.cells": [400, 200]}, 100),
+    ("`apic`, 3D, Sedov, 48^3", "sedov_3d",
+     {**APIC, "grid.cells": [48, 48, 48]}, 10),
+    ("`conservative`, 1D, Sod, 3200", "sod",
+     {**CONSERVATIVE, "grid.cells": [3200]}, 1000)]
+
+
+def nanoseconds(summary):
+    """Of a particle step."""
+    return 1e9 / summary["particle_updates_per_second"]
+
+
+def error_rows(run, some):
+    rows = []
+    for scene, sets, steps in some:
+        pair = [run(which, scene, sets, steps) for which in (0, 1)]
+        cells = pair[0]["cells"]
+        drift = [summary["conservation"]["total_energy"] for summary in pair]
+        rows.append([f"`{scene}`, {'x'.join(map(str, cells))}",
+                     *(f"{s['errors']['density']['L1']:.4g}" for s in pair),
+                     *("" if d is None else f"{abs(d):.1e}" for d in drift),
+                     "{} \\| {}".format(*(s["retries"] for s in pair))])
+    return page.table(["scene", "error, double", "error, single",
+                       "energy drift, double", "single", "steps repeated"],
+                      rows)
+
+
+def grid_rows(run, grids):
+    rows = []
+    for cells in grids:
+        row = [f"{cells}x{cells}"]
+        for method in (APIC, CONSERVATIVE):
+            sets = {**method, "grid.cells": [cells, cells], "time.end": 0.1}
+            for which in (0, 1):
+                summary = run(which, "isentropic_vortex", sets)
+                row.append(f"{summary['errors']['density']['L1']:.3g}")
+        rows.append(row)
+    return page.table(["vortex, t = 0.1", "`apic`, double", "single",
+                       "`conservative`, double", "single"], rows)
+
+
+def speed_rows(run, some, rounds):
+    """The table, and how far repeated runs lie apart."""
+    found = {}
+    for _ in range(rounds):
+        for text, scene, sets, steps in some:
+            for which in (0, 1):
+                found.setdefault((text, which), []).append(
+                    run(which, scene, sets, steps))
+    rows, spreads = [], []
+    for text, *_ in some:
+        times = [[nanoseconds(s) for s in found[text, which]]
+                 for which in (0, 1)]
+        spreads += map(machine.spread, times)
+        gain = statistics.median(a / b for a, b in zip(*times))
+        held = [found[text, which][0]["bytes_per_particle"]
+                for which in (0, 1)]
+        rows.append([text, *(f"{statistics.median(t):.1f}" for t in times),
+                     f"{gain:.2f}", *(f"{b:.0f}" for b in held)])
+    return page.table(["", "ns a particle step, double", "single", "ratio",
+                       "bytes of a particle, double", "single"], rows), spreads
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--double", type=pathlib.Path,
+                        default=page.ROOT / "build" / "serial")
+    parser.add_argument("--single", type=pathlib.Path,
+                        default=page.ROOT / "build" / "single")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--fast", action="store_true",
+                        help="two scenes, one round: a trial")
+    parser.add_argument("--docs", action="store_true")
+    arguments = parser.parse_args()
+    builds = [arguments.double / "machpoint", arguments.single / "machpoint"]
+    for build in builds:
+        if not build.exists():
+            parser.error(f"{build} is missing; see the top of "
+                         "benchmarks/precision/__main__.py")
+    watch = machine.Watch()
+    with tempfile.TemporaryDirectory() as scratch:
+        def run(which, scene, sets, steps=None):
+            summary = jobs.scene(builds[which], scene, sets, 1,
+                                 pathlib.Path(scratch) / "run", steps)
+            name = ["double", "single"][which]
+            if summary["precision"] != name:
+                parser.error(f"{builds[which]} computes in "
+                             f"{summary['precision']} precision; see --{name}")
+            return summary
+        fast = arguments.fast
+        errors = error_rows(run, ERRORS[:2] if fast else ERRORS)
+        grids = grid_rows(run, GRIDS[:1] if fast else GRIDS)
+        speeds, spreads = speed_rows(run, SPEEDS[-1:] if fast else SPEEDS,
+                                     1 if fast else arguments.rounds)
+    text = (f"Written by `python3 benchmarks/precision --docs` "
+            f"({arguments.rounds} rounds, one thread) on {machine.processor()}; "
+            f"revision `{jobs.execute([builds[1], '--version'], 1).strip()}`. "
+            f"{machine.in_words(watch.report(spreads))}\n\n"
+            f"{speeds}\nErrors of the density (L1) at the end, all with "
+            f"`conservative`:\n\n{errors}\n"
+            f"Errors on finer and finer grids:\n\n{grids}")
+    print(text)
+    if arguments.docs:
+        page.write("precision", text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
