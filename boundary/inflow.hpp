@@ -99,7 +99,7 @@ class Inflow : public SideBoundary<Dim>
         const Real h = state.grid.spacing[axis];
         const Real speed = this->_part.upper() ? -_stream.velocity[axis]
                                                : _stream.velocity[axis];
-        const Real before = _advanced;
+        const double before = _advanced;
         _advanced += speed * state.dt;
         const auto first = static_cast<std::int64_t>( before / h );
         const auto last = static_cast<std::int64_t>( _advanced / h );
@@ -119,12 +119,12 @@ class Inflow : public SideBoundary<Dim>
                                first };
         IndexList entering( "Machpoint::entering", candidates );
         int count = 0;
-        const Real after = _advanced;
+        const double after = _advanced;
         const auto box = state.layout.box;
         Kokkos::parallel_scan(
             "Machpoint::findEntering", Range( 0, candidates ),
             KOKKOS_LAMBDA( const int k, int& n, const bool final ) {
-                const Real depth = pattern.depth( k );
+                const double depth = pattern.depth( k );
                 if ( depth < before || depth >= after ||
                      !pattern.part.contains( pattern.grid,
                                              pattern.place( k, depth ) ) ||
@@ -202,15 +202,17 @@ class Inflow : public SideBoundary<Dim>
             return placeInCell<Dim>( placement, q, seed, cellNumber( k ),
                                      k % per_cell );
         }
-        //! How far upstream of the side it began.
-        KOKKOS_INLINE_FUNCTION Real depth( const int k ) const
+        //! How far upstream of the side it began: soon farther than the
+        //! domain is long.
+        KOKKOS_INLINE_FUNCTION double depth( const int k ) const
         {
             const int axis = part.axis();
-            return ( slab( k ) + fraction( k )[axis] ) * grid.spacing[axis];
+            return ( static_cast<double>( slab( k ) ) + fraction( k )[axis] ) *
+                   grid.spacing[axis];
         }
         //! Where it is when the pattern has moved by `advanced`.
         KOKKOS_INLINE_FUNCTION Vector<Dim> place( const int k,
-                                                  const Real advanced ) const
+                                                  const double advanced ) const
         {
             const auto f = fraction( k );
             const int axis = part.axis();
@@ -223,7 +225,7 @@ class Inflow : public SideBoundary<Dim>
                            ( t % grid.cells[d] + f[d] ) * grid.spacing[d];
                     t /= grid.cells[d];
                 }
-            const Real inside = advanced - depth( k );
+            const Real inside = static_cast<Real>( advanced - depth( k ) );
             x[axis] = part.upper()
                           ? Kokkos::min( grid.upper[axis] - inside,
                                          justInside( grid.lower[axis],
@@ -268,8 +270,8 @@ class Inflow : public SideBoundary<Dim>
   private:
     Stream<Dim> _stream;
     int _buffer;
-    IndexList _nodes;   // those in the buffer
-    Real _advanced = 0; // how far the pattern has moved in
+    IndexList _nodes;     // those in the buffer
+    double _advanced = 0; // how far the pattern has moved in
 };
 
 } // namespace Machpoint

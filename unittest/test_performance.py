@@ -332,6 +332,18 @@ class GpuCodeTest(unittest.TestCase):
         self.assertIn("| stress | `Quadratic, 2`, 1 | 56 | 36 | 216 | 3 |", text)
         self.assertIn("`sumParticles`.", text)
 
+    def test_doubles_in_single_precision_are_reported(self):
+        gpu_code = program("gpu_code")
+        def kernel(name, opcode):
+            return (name, "2", 1, gpu_code.Code(32, 0, {opcode: 1}))
+        kernels = [kernel("gridVelocity", "DFMA"),
+                   kernel("measureFaces", "F2F.F64.F32"),
+                   kernel("applyPressure", "FFMA"),
+                   kernel("driftParticles", "F2I.TRUNC.NTZ"),
+                   kernel("sumParticles", "DADD")]
+        self.assertEqual(gpu_code.section(kernels)[1], [])
+        self.assertEqual(gpu_code.section(kernels, "single")[1], kernels[:2])
+
 
 class PageTest(unittest.TestCase):
 
@@ -341,7 +353,8 @@ class PageTest(unittest.TestCase):
                          "a\n<!-- x -->\nnew\n<!-- end of x -->\nb\n")
         with self.assertRaises(SystemExit):
             page.replaced(text, "y", "new")
-        for section in ("speed", "kernels", "sod_sweep"):
+        for section in ("speed", "kernels", "sod_sweep", "precision",
+                        "gpu code"):
             page.replaced(page.PAGE.read_text(), section, "")
 
 

@@ -14,7 +14,8 @@ minutes:
     cmake --build build/cuda --target machpoint
 
 Prints the kernels of a step; --docs also writes docs/performance.md. Exit code: 1
-if one of these keeps data in local memory, which is memory and not a register.
+if one of these keeps data in local memory, which is memory and not a register, or
+computes with doubles in a build in single precision.
 """
 import argparse
 import collections
@@ -47,6 +48,8 @@ STEP = {
     "measureFaces": "faces, limiter",
     "applyPressure": "pressure on nodes",
 }
+# Opcodes that compute with doubles, or make or take them.
+DOUBLES = r"D(ADD|MUL|FMA|SETP|MNMX)|[FI]2F\.F64|F2[FI]\..*F64|MUFU\.\w+64H"
 # Of a Hopper's multiprocessor (CUDA C++ Programming Guide, compute capability
 # 9.0): warps, its four parts, registers of a part, and how many a warp takes.
 WARPS, PARTS, REGISTERS, UNIT = 64, 4, 16384, 256
@@ -135,8 +138,9 @@ def row(function, arguments, number, code):
             total(count, "RED|ATOM")]
 
 
-def section(kernels):
-    """Table of the kernels of a step, and a sentence on the others."""
+def section(kernels, precision="double"):
+    """Table of the kernels of a step, a sentence on the others, and the kernels
+    of a step that are wrong."""
     # Modules are built for all dimensions.
     built = {arguments for name, arguments, *_ in kernels
              if name == "gridVelocity"}
@@ -153,17 +157,22 @@ def section(kernels):
                      if code.local > 0 and name not in STEP})
     text += ("\nOther kernels that keep data in local memory: " +
              (", ".join(others) if others else "none") + ".\n")
-    return text, [kernel for kernel in step if kernel[3].local > 0]
+    wrong = [kernel for kernel in step if kernel[3].local > 0 or
+             precision == "single" and
+             total(kernel[3].instructions, DOUBLES) > 0]
+    return text, wrong
 
 
 def made_of(build):
-    """Revision, compiler and flags of a build."""
+    """Revision, compiler and flags of a build in words, and its precision."""
     header = (build / "include" / "core" / "revision.hpp").read_text()
     cache = (build / "CMakeCache.txt").read_text()
     revision = re.search(r'"([0-9a-f]{7,})', header)
     flags = re.search(r"^CMAKE_CXX_FLAGS_RELEASE:\w+=(.*)$", cache, re.M)
+    precision = re.search(r"^Machpoint_PRECISION:\w+=(.*)$", cache, re.M)
+    precision = precision[1] if precision else "double"
     return (f"Machpoint `{revision[1] if revision else 'unknown'}`, "
-            f"nvcc with `{flags[1]}`")
+            f"{precision} precision, nvcc with `{flags[1]}`"), precision
 
 
 def main():
@@ -181,13 +190,18 @@ def main():
         parser.error("no cuobjdump: put the CUDA toolkit's on the PATH, or pip "
                      "install nvidia-cuda-cuobjdump nvidia-cuda-nvdisasm and "
                      "name it with --cuobjdump")
-    text, spilling = section(read(executable, arguments.cuobjdump))
-    text = (f"Written by `python3 benchmarks/gpu_code --docs`; "
-            f"{made_of(arguments.build)}.\n\n{text}")
+    made, precision = made_of(arguments.build)
+    text, wrong = section(read(executable, arguments.cuobjdump), precision)
+    text = (f"Written by `python3 benchmarks/gpu_code --docs`; {made}.\n\n"
+            f"{text}")
     print(text)
     if arguments.docs:
         page.write("gpu code", text)
-    return 1 if spilling else 0
+    for function, arguments, number, code in wrong:
+        print(f"{function}<{arguments}>, {number}: {code.local} bytes of local "
+              f"memory, {total(code.instructions, DOUBLES)} instructions of "
+              "doubles")
+    return 1 if wrong else 0
 
 
 if __name__ == "__main__":

@@ -85,10 +85,10 @@ class Piston : public Machpoint::Module<Dim>
         const int column = velocity.first + axis;
         const Real u = _velocity;
         const Real held = faceAt( state.time ) + 0.5 * state.grid.spacing[axis];
-        Real impulse = 0;
+        double impulse = 0;
         Kokkos::parallel_reduce(
             "Piston::applyToGrid", Range( 0, layout.total ),
-            KOKKOS_LAMBDA( const int row, Real& sum ) {
+            KOKKOS_LAMBDA( const int row, double& sum ) {
                 const auto i = layout.indices( row );
                 if ( layout.position( layout.home( i ) )[axis] >= held )
                     return;
@@ -151,7 +151,7 @@ class Piston : public Machpoint::Module<Dim>
     int _axis;
     Real _position;
     Real _velocity;
-    Real _impulse = 0; // on the gas, in this step
+    double _impulse = 0; // on the gas, in this step
     Machpoint::Series _series;
 };
 
