@@ -10,6 +10,7 @@ no more than 2D and quadratic B-splines.
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -30,17 +31,21 @@ class Precisions(unittest.TestCase):
         self.addCleanup(scratch.cleanup)
         self.folder = pathlib.Path(scratch.name)
 
-    def machpoint(self, build, scene, *sets, options=(), code=0):
-        """A run on one thread; its folder and what it said."""
+    def machpoint(self, build, scene, *sets, options=(), code=0, ranks=1):
+        """A run on one thread a rank; its folder and what it said."""
         output = self.folder / pathlib.Path(build).parent.name
         words = [build, "run", ROOT / f"input/{scene}.json", "--quiet",
                  "--output", output, *options]
         if "--restart" not in options:
             words.append("--overwrite")
+        if ranks > 1:
+            words = ["mpirun", "--oversubscribe", "-n", str(ranks), *words]
         for text in sets:
             words += ["--set", text]
         result = subprocess.run(words, capture_output=True, text=True,
-                                env=dict(os.environ, OMP_NUM_THREADS="1"))
+                                env=dict(os.environ, OMP_NUM_THREADS="1",
+                                         OMPI_ALLOW_RUN_AS_ROOT="1",
+                                         OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1"))
         self.assertEqual(result.returncode, code, result.stderr)
         return output, result.stderr
 
@@ -77,6 +82,23 @@ class Precisions(unittest.TestCase):
                               skiprows=1)[-50:, 1].mean()
                 for build in (DOUBLE, SINGLE)]
         self.assertLess(abs(drag[1] / drag[0] - 1), 1e-2)
+
+    @unittest.skipUnless(shutil.which("mpirun"), "there is no mpirun")
+    def test_ranks_exchange_floats(self):
+        found = []
+        for ranks in 1, 2:
+            output, _ = self.machpoint(SINGLE, "isentropic_vortex",
+                                       *SMALL_VORTEX, ranks=ranks)
+            found.append(json.loads((output / "summary.json").read_text()))
+        self.assertEqual(found[1]["ranks"], 2)
+        self.assertGreater(found[1]["communication"]["migrated_particles"]
+                           ["sum"], 0)
+        self.assertEqual(found[0]["steps"], found[1]["steps"])
+        self.assertLess(abs(found[1]["conservation"]["mass"]), 1e-12)
+        for field, error in found[0]["errors"].items():
+            self.assertLess(
+                abs(found[1]["errors"][field]["L1"] / error["L1"] - 1), 1e-3,
+                field)
 
     def test_files_have_floats(self):
         output, _ = self.machpoint(SINGLE, "isentropic_vortex", *SMALL_VORTEX,
