@@ -284,7 +284,7 @@ class Writer
              count( whole ) == 0 )
             return properties;
         auto chunk = extents( whole );
-        const auto row = count( whole ) / whole[0] * sizeof( double );
+        const auto row = count( whole ) / whole[0] * elementSize( item.type );
         chunk[0] = std::clamp<hsize_t>( ( 1 << 20 ) / row, 1, whole[0] );
         H5Pset_chunk( properties, static_cast<int>( chunk.size() ),
                       chunk.data() );
@@ -305,7 +305,7 @@ std::size_t sizeOnDisk( const std::vector<Dataset>& datasets )
 {
     std::size_t size = 1 << 16; // for all that is not raw data
     for ( const auto& item : datasets )
-        size += count( item.extents() ) * sizeof( double );
+        size += count( item.extents() ) * elementSize( item.type );
     return size;
 }
 
@@ -365,14 +365,14 @@ void writeSmall( const Communicator& ranks, const fs::path& target,
         {
             places.insert( places.end(), item.shape.begin(), item.shape.end() );
             places.insert( places.end(), item.start.begin(), item.start.end() );
-            const auto end = bytes.size();
-            bytes.resize( end +
-                          count( item.shape ) * elementSize( item.type ) );
+            // Memory of its own, so that numbers are aligned.
+            std::vector<char> block( count( item.shape ) *
+                                     elementSize( item.type ) );
             if ( item.fetch )
-                item.fetch( 0, item.shape[0], bytes.data() + end );
-            else if ( end < bytes.size() )
-                std::memcpy( bytes.data() + end, item.data,
-                             bytes.size() - end );
+                item.fetch( 0, item.shape[0], block.data() );
+            else if ( !block.empty() )
+                std::memcpy( block.data(), item.data, block.size() );
+            bytes.insert( bytes.end(), block.begin(), block.end() );
         }
     then();
     places = ranks.gather( places );

@@ -159,8 +159,11 @@ GridData sampleGrid( const State<Dim>& state )
                                   layout.cells[d] +
                                       ( layout.centred ? 0 : 1 ) );
         data.start.insert( data.start.begin(), layout.box.begin[d] );
-        data.lower.push_back( layout.first[d] );
-        data.spacing.push_back( layout.spacing[d] );
+        const double lower = state.grid.lower[d];
+        const double spacing =
+            ( state.grid.upper[d] - lower ) / state.grid.cells[d];
+        data.lower.push_back( lower + ( layout.centred ? 0.5 * spacing : 0 ) );
+        data.spacing.push_back( spacing );
         total *= layout.owned[d];
     }
     for ( auto* list :
