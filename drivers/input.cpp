@@ -310,7 +310,8 @@ class Checker
                 std::numeric_limits<Real>::epsilon();
             const double spacing =
                 ( upper - lower ) / static_cast<double>( cells );
-            if ( !( rounding < widest_rounding * spacing ) )
+            if ( lower < upper && std::isfinite( upper - lower ) &&
+                 rounding > widest_rounding * spacing )
                 error( fmt::format( "/grid/cells/{}", d ),
                        fmt::format(
                            "{} cells are too many for positions in {} "
