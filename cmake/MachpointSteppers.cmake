@@ -1,9 +1,10 @@
-# machpoint_add_steppers(target): adds one translation unit for each enabled
-# (dimension, basis), with all methods, and core/stepper_list.hpp, which lists them.
-# Units compile in parallel, and in less memory than one; but three quarters of the
-# code of a stepper are those of any other, so one unit for each method as well
-# would take half as long again. Presets join other sources of the library, six to
-# a unit, as most of the time goes into headers; these units are large already.
+# machpoint_add_steppers(target): adds the translation units of all enabled methods,
+# bases and dimensions, and core/stepper_list.hpp, which lists them. Three fifths of
+# a stepper's code are those of any other of its dimension, so a dimension is one
+# unit: 65 s and 1.5 GB of g++ 12, where three units, one for each basis, took 110 s.
+# nvcc, which takes minutes for a basis, gets these one by one. Presets join other
+# sources of the library, six to a unit, as most of the time goes into headers;
+# these units are large already.
 
 function(machpoint_camel_case out name)
   string(SUBSTRING "${name}" 0 1 head)
@@ -24,42 +25,49 @@ function(machpoint_check_choice variable)
   endforeach()
 endfunction()
 
+# machpoint_add_unit(target name template): the unit that a template makes of the
+# caller's variables.
+function(machpoint_add_unit target name template)
+  set(source "${PROJECT_BINARY_DIR}/steppers/${name}.cpp")
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/${template}" "${source}" @ONLY)
+  target_sources(${target} PRIVATE "${source}")
+  if(NOT Kokkos_ENABLE_CUDA)
+    set_source_files_properties("${source}" PROPERTIES
+                                SKIP_UNITY_BUILD_INCLUSION ON)
+  endif()
+endfunction()
+
 function(machpoint_add_steppers target)
   machpoint_check_choice(Machpoint_DIMENSIONS 1 2 3)
   machpoint_check_choice(Machpoint_BASES linear quadratic cubic)
-  set(STEPPER_LIST "")
-  # Modules exist in every dimension: `list` and `schema` name them all.
-  foreach(DIM 1 2 3)
-    set(source "${PROJECT_BINARY_DIR}/steppers/modules_${DIM}d.cpp")
-    configure_file("${PROJECT_SOURCE_DIR}/cmake/modules.cpp.in" "${source}"
-                   @ONLY)
-    target_sources(${target} PRIVATE "${source}")
-    if(NOT Kokkos_ENABLE_CUDA)
-      set_source_files_properties("${source}" PROPERTIES
-                                  SKIP_UNITY_BUILD_INCLUSION ON)
-    endif()
+  set(INCLUDES "")
+  foreach(method IN LISTS Machpoint_METHODS)
+    string(APPEND INCLUDES "#include <core/method_${method}.hpp>\n")
   endforeach()
-  foreach(DIM IN LISTS Machpoint_DIMENSIONS)
+  set(STEPPER_LIST "")
+  foreach(DIM 1 2 3)
+    # Modules exist in every dimension: `list` and `schema` name them all.
+    machpoint_add_unit(${target} modules_${DIM}d modules.cpp.in)
+    if(NOT DIM IN_LIST Machpoint_DIMENSIONS)
+      continue()
+    endif()
+    set(STEPPERS "")
     foreach(basis IN LISTS Machpoint_BASES)
       machpoint_camel_case(BASIS ${basis})
-      set(INCLUDES "")
-      set(STEPPERS "")
       foreach(method IN LISTS Machpoint_METHODS)
         machpoint_camel_case(METHOD ${method})
-        string(APPEND INCLUDES "#include <core/method_${method}.hpp>\n")
         string(APPEND STEPPERS "template std::unique_ptr<Simulation>\n"
                "makeSimulation<${DIM}, ${BASIS}, ${METHOD}>( const Json& );\n")
         string(APPEND STEPPER_LIST " \\\n    X( ${DIM}, ${BASIS}, ${METHOD} )")
       endforeach()
-      set(source "${PROJECT_BINARY_DIR}/steppers/${basis}_${DIM}d.cpp")
-      configure_file("${PROJECT_SOURCE_DIR}/cmake/stepper.cpp.in" "${source}"
-                     @ONLY)
-      target_sources(${target} PRIVATE "${source}")
-      if(NOT Kokkos_ENABLE_CUDA)
-        set_source_files_properties("${source}" PROPERTIES
-                                    SKIP_UNITY_BUILD_INCLUSION ON)
+      if(Kokkos_ENABLE_CUDA)
+        machpoint_add_unit(${target} ${basis}_${DIM}d stepper.cpp.in)
+        set(STEPPERS "")
       endif()
     endforeach()
+    if(NOT Kokkos_ENABLE_CUDA)
+      machpoint_add_unit(${target} steppers_${DIM}d stepper.cpp.in)
+    endif()
   endforeach()
   configure_file("${PROJECT_SOURCE_DIR}/cmake/stepper_list.hpp.in"
                  "${PROJECT_BINARY_DIR}/include/core/stepper_list.hpp" @ONLY)

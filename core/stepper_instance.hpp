@@ -1,6 +1,6 @@
 /*!
   \file stepper_instance.hpp
-  \brief Included by one generated file per dimension and basis.
+  \brief Included by the generated units of a dimension.
 */
 #ifndef MACHPOINT_STEPPER_INSTANCE_HPP
 #define MACHPOINT_STEPPER_INSTANCE_HPP
