@@ -231,7 +231,10 @@ using LaneIndex __attribute__( ( vector_size( sizeof( Lanes ) ) ) ) =
 //! Numbers that addColumns adds to a node at once; 1: one by one.
 constexpr int rowWidth( const std::size_t columns )
 {
-    const int width = columns < 3 ? 1 : columns < 5 ? 4 : columns < 9 ? 8 : 1;
+    const int width = columns < 3   ? static_cast<int>( columns )
+                      : columns < 5 ? 4
+                      : columns < 9 ? 8
+                                    : 1;
     return lane_count % width == 0 ? width : 1;
 }
 
@@ -263,9 +266,10 @@ KOKKOS_FORCEINLINE_FUNCTION void addRows( const Access& nodes, const Pack p,
                      sizeof( Lanes ) );
     for ( int r = 0; r < Width; r += 2 )
         swapBlocks<1>( z[r], z[r + 1] );
-    for ( int r = 0; r < Width; ++r )
-        if ( !( r & 2 ) )
-            swapBlocks<2>( z[r], z[r + 2] );
+    if constexpr ( Width > 2 )
+        for ( int r = 0; r < Width; ++r )
+            if ( !( r & 2 ) )
+                swapBlocks<2>( z[r], z[r + 2] );
     if constexpr ( Width == 8 )
         for ( int r = 0; r < 4; ++r )
             swapBlocks<4>( z[r], z[r + 4] );

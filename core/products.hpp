@@ -89,6 +89,13 @@ KOKKOS_FORCEINLINE_FUNCTION Real inMemory( const Lanes& lanes, const int l )
 template <int Width>
 struct ColumnRow;
 template <>
+struct ColumnRow<2>
+{
+    using Row __attribute__( ( vector_size( 2 * sizeof( Real ) ) ) ) = Real;
+    using Places __attribute__( ( vector_size( 2 * sizeof( Real ) ) ) ) =
+        LaneInteger;
+};
+template <>
 struct ColumnRow<4>
 {
     using Row __attribute__( ( vector_size( 4 * sizeof( Real ) ) ) ) = Real;
@@ -108,7 +115,9 @@ template <int Width>
 KOKKOS_FORCEINLINE_FUNCTION auto rowOf( const Real x )
 {
     using Row = typename ColumnRow<Width>::Row;
-    if constexpr ( Width == 4 )
+    if constexpr ( Width == 2 )
+        return Row{ x, x };
+    else if constexpr ( Width == 4 )
         return Row{ x, x, x, x };
     else
         return Row{ x, x, x, x, x, x, x, x };
@@ -123,7 +132,9 @@ replace( const typename ColumnRow<Width>::Row& row, const Real x )
     // -1 where the bit is set.
     constexpr auto at = []( const int c ) -> LaneInteger
     { return -( Bits >> c & 1 ); };
-    if constexpr ( Width == 4 )
+    if constexpr ( Width == 2 )
+        return Places{ at( 0 ), at( 1 ) } ? rowOf<2>( x ) : row;
+    else if constexpr ( Width == 4 )
         return Places{ at( 0 ), at( 1 ), at( 2 ), at( 3 ) } ? rowOf<4>( x )
                                                             : row;
     else

@@ -105,11 +105,12 @@ struct VolumeExchange
     {
         const Lanes V = load( particles.V, p );
         const Lanes c = load( particles.c, p );
+        // V (rho c^2 + rho c^2 of the cells): a division less.
         const Lanes stiffness =
-            load( particles.m, p ) / V * c * c + around.stiffness;
+            load( particles.m, p ) * c * c + V * around.stiffness;
         const Lanes rate = eta * around.trust * around.trust;
-        K = choose( Lanes( 0.0 ) < stiffness, Lanes( rate * V / stiffness ),
-                    Lanes( 0.0 ) );
+        K = choose( Lanes( 0.0 ) < stiffness,
+                    Lanes( rate * V * ( V / stiffness ) ), Lanes( 0.0 ) );
     }
 };
 
@@ -229,6 +230,12 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
         [&]( const auto& cells )
         { depositTargetPressure<Basis>( state, means, eta, cells ); } );
     cell_sums.foldAndFill( state.halo, cellComponents<Dim, 2>() );
+    Kokkos::parallel_for(
+        "Machpoint::cellTargetPressure", Range( 0, layout.total ),
+        KOKKOS_LAMBDA( const int i ) {
+            sums( i, 1 ) =
+                sums( i, 0 ) > 0 ? sums( i, 1 ) / sums( i, 0 ) : 0.0_rt;
+        } );
 
     const int n = state.particles.size();
     Kokkos::parallel_for(
@@ -239,20 +246,18 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
             const Lanes zero( 0.0 );
             Lanes volume = zero;
             Lanes work = zero;
-            forEachCell(
-                grid, own.stencil, own.halfway, layout,
-                [&]( const auto& cell ) MACHPOINT_INLINE
-                {
-                    const Lanes weight = at( sums, cell.row, 0 );
-                    const Lanes target = at( sums, cell.row, 1 ) / weight;
-                    const Lanes given =
-                        own.K * cell.weight *
-                        ( own.pressure +
-                          dot<Dim>( own.around.gradient, cell.dx ) - target );
-                    const LaneMask shared = zero < weight;
-                    volume += choose( shared, given, zero );
-                    work += choose( shared, Lanes( target * given ), zero );
-                } );
+            forEachCell( grid, own.stencil, own.halfway, layout,
+                         [&]( const auto& cell ) MACHPOINT_INLINE
+                         {
+                             const Lanes target = at( sums, cell.row, 1 );
+                             const Lanes given =
+                                 own.K * cell.weight *
+                                 ( own.pressure +
+                                   dot<Dim>( own.around.gradient, cell.dx ) -
+                                   target );
+                             volume += given;
+                             work += target * given;
+                         } );
             store( of.V, load( of.V, p ) + volume, p );
             store( e, load( e, p ) - work / load( of.m, p ), p );
         } );
