@@ -17,8 +17,8 @@ namespace Machpoint
 {
 
 //! What halving and merging remember of a particle: accumulated stretch along
-//! each axis, volume change apart, and the mass it started with. Zero for a
-//! particle that has just entered.
+//! each axis, volume change apart, and the mass it started with, which is zero
+//! until a particle has been large or small.
 template <int Dim>
 using HistoryMembers = Cabana::MemberTypes<Real[Dim], Real>;
 
@@ -103,22 +103,27 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     Kokkos::parallel_for(
         "Machpoint::trackStretch", packs( n ), KOKKOS_LAMBDA( const int k ) {
             const Pack p = Pack::of( k, n );
+            if ( Dim > 1 ) // in 1D volume is all that changes
+            {
+                Lanes mean( 0.0 );
+                for ( int a = 0; a < Dim; ++a )
+                    mean += load( C, p, a, a ) / static_cast<Real>( Dim );
+                for ( int a = 0; a < Dim; ++a )
+                    store( stretch,
+                           load( stretch, p, a ) +
+                               dt * ( load( C, p, a, a ) - mean ),
+                           p, a );
+            }
+            const Lanes volume = load( V, p );
+            if ( !any( Lanes( is_large.volume ) < volume ) )
+                return;
             const Lanes mass = load( m, p );
             const Lanes first = load( original, p );
             const LaneMask known = Lanes( 0.0 ) < first;
             const Lanes start = choose( known, first, mass );
             if ( any( !known ) )
                 store( original, start, p );
-            Lanes mean( 0.0 );
-            for ( int a = 0; a < Dim; ++a )
-                mean += load( C, p, a, a ) / static_cast<Real>( Dim );
-            for ( int a = 0; a < Dim; ++a )
-                store( stretch,
-                       load( stretch, p, a ) +
-                           dt * ( load( C, p, a, a ) - mean ),
-                       p, a );
-            found.note( p,
-                        active( p ) && is_large( load( V, p ), mass, start ) );
+            found.note( p, active( p ) && is_large( volume, mass, start ) );
         } );
     const auto& comm = state.decomposition.comm();
     if ( comm.sum( static_cast<std::int64_t>( found.count() ) ) == 0 )
