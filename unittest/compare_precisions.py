@@ -137,6 +137,33 @@ class Precisions(unittest.TestCase):
             self.assertIn(text, said)
             self.assertIn("Machpoint_PRECISION=double", said)
 
+    def test_the_benchmark_compares_them(self):
+        def benchmark(double, single):
+            return subprocess.run(
+                [sys.executable, ROOT / "benchmarks/precision", "--fast",
+                 "--double", pathlib.Path(double).parent,
+                 "--single", pathlib.Path(single).parent],
+                capture_output=True, text=True)
+
+        result = benchmark(DOUBLE, SINGLE)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        rows = {cells[1]: cells[2:-1] for cells in
+                ([cell.strip() for cell in line.split("|")]
+                 for line in result.stdout.splitlines() if line[:2] == "| ")}
+        double, single, ratio, *held = map(float,
+                                           rows["Mach 3 cylinder, 400x200"])
+        self.assertAlmostEqual(ratio, double / single, delta=0.02 * ratio)
+        self.assertLess(held[1], 0.6 * held[0])
+        exact, rounded = map(float, rows["`translation`, 40x40"][:2])
+        self.assertLess(exact, 1e-13)
+        self.assertTrue(1e-13 < rounded < 1e-5, rounded)
+        self.assertEqual(len(rows["64x64"]), 4)
+
+        swapped = benchmark(SINGLE, DOUBLE)
+        self.assertEqual(swapped.returncode, BAD_INPUT)
+        self.assertIn("computes in single precision; see --double",
+                      swapped.stderr)
+
 
 if __name__ == "__main__":
     DOUBLE, SINGLE = sys.argv[1:3]
