@@ -9,11 +9,16 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
 
 import h5py
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] /
+                    "benchmarks" / "kills"))
+import ranks as launched
 
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 LAUNCHER = os.environ["MACHPOINT_MPIEXEC"]
@@ -36,12 +41,6 @@ def is_rank(process, number):
                 in pathlib.Path(f"/proc/{process}/environ").read_bytes())
     except OSError:
         return False
-
-
-def children(process):
-    """The processes that a process has started."""
-    path = pathlib.Path(f"/proc/{process}/task/{process}/children")
-    return [int(child) for child in path.read_text().split()]
 
 
 class RanksTest(unittest.TestCase):
@@ -80,7 +79,7 @@ class RanksTest(unittest.TestCase):
 
     def rank(self, process, number):
         """The process of a rank."""
-        found = [child for child in children(process.pid)
+        found = [child for child in launched.children(process.pid)
                  if is_rank(child, number)]
         if not found:
             self.skipTest("this launcher hides where its ranks are")
@@ -151,7 +150,7 @@ class RanksTest(unittest.TestCase):
             process = self.start(*run, *how, ranks=4)
             self.wait_for(process, 1, "checkpoints/" + until)
             os.kill(self.rank(process, victim), signal.SIGKILL)
-            process.communicate(timeout=30)  # the others end, too
+            launched.end(process)  # the others end, too
             self.assertNotEqual(process.returncode, FINISHED)
         self.assertAnswer(self.start(*run, "--restart", "latest", ranks=4),
                           FINISHED, "output: ")

@@ -7,7 +7,8 @@ Usage: python3 benchmarks/kills [INPUT] [--kills NUMBER] [--seed NUMBER]
 
 Each kill is a SIGKILL at a random moment: while a step is computed, or an output
 or a checkpoint written, or a checkpoint read. Of several ranks it hits any one,
-and the others have to end within half a minute. The last word has a run that is
+and the others have to end within half a minute. (The launcher itself may not: see
+ranks.py. It is ended then, and counted.) The last word has a run that is
 let finish. Every dataset of its outputs must then have the same bytes as those of
 the undisturbed run (on one thread sums repeat exactly), and no file may be
 broken. Exit code: 0 if so, else 1.
@@ -23,6 +24,8 @@ import sys
 import time
 
 import h5py
+
+import ranks
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -97,13 +100,14 @@ def outputs(directory):
 
 
 def kill(process, rng):
-    """Kills a run, or one of its ranks. Returns what it said."""
+    """Kills a run, or one of its ranks. Returns what it said, and whether the
+    launcher stayed behind."""
     # A launcher's children are its ranks; one alone has none.
-    children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    victims = [int(child) for child in children.read_text().split()]
+    victims = [pid for pid in ranks.children(process.pid)
+               if not ranks.has_ended(pid)]
     os.kill(rng.choice(victims or [process.pid]), signal.SIGKILL)
     try:
-        return process.communicate(timeout=30)[0]
+        return ranks.end(process)
     except subprocess.TimeoutExpired:
         process.kill()
         sys.exit("the other ranks did not end")
@@ -125,7 +129,7 @@ def main():
         shutil.rmtree(directory, ignore_errors=True)
     seconds = run.finish(whole)
     print(f"undisturbed: {seconds:.1f} s", flush=True)
-    kills = fallbacks = finished = 0
+    kills = fallbacks = finished = launchers = 0
     while kills < arguments.kills:
         process = run.start(killed, *how_to_start(killed))
         try:
@@ -138,8 +142,9 @@ def main():
             finished += 1
             shutil.rmtree(killed)
         except subprocess.TimeoutExpired:
-            text = kill(process, rng)
+            text, stayed = kill(process, rng)
             kills += 1
+            launchers += stayed
             outputs(killed)  # all that bears its final name is whole
         fallbacks += "falls back" in text
     run.finish(killed, *how_to_start(killed))
@@ -147,8 +152,9 @@ def main():
     wrong = [name for name in sorted({*expected, *found})
              if expected.get(name) != found.get(name)]
     print(f"{kills} kills, {finished} runs that finished between them, "
-          f"{fallbacks} checkpoints passed over; {len(wrong)} of "
-          f"{len(expected)} datasets and files differ")
+          f"{fallbacks} checkpoints passed over, {launchers} launchers that "
+          f"stayed behind; {len(wrong)} of {len(expected)} datasets and files "
+          f"differ")
     for name in wrong:
         print(f"  {name}")
     return 1 if wrong else 0
