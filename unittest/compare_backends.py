@@ -3,8 +3,9 @@
 
 Usage: unittest/compare_backends.py MACHPOINT OTHER...
 
-Each OTHER is held against the first, of which all is also run twice. Backends add in different orders, so 50 steps may amplify 1e-16 a little; they
-may not change a digit that anyone would see.
+Each OTHER is held against the first, which also has to repeat itself. Backends add
+in different orders, so 50 steps may amplify 1e-16 a little; they may not change a
+digit that anyone would see.
 """
 import glob
 import json
