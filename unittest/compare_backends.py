@@ -26,8 +26,7 @@ SCENES = {
     "cylinder_mach3_recycle": ["grid.cells=[80,40]"],
     "sphere_mach3": ["grid.cells=[16,12,12]"],
     "isentropic_vortex": ["grid.cells=[32,32]", "method.name=apic"],
-    "sod_3d": ["grid.cells=[40,4,4]", "method.name=paper",
-               "method.basis=quadratic"],
+    "sod_3d": ["grid.cells=[40,4,4]", "method.name=paper"],
 }
 FIELDS = ("position", "velocity", "density", "pressure",
           "specific_internal_energy", "mass")
