@@ -31,6 +31,20 @@ KOKKOS_FORCEINLINE_FUNCTION __m512i starts( const int* const row,
         _mm512_set1_epi64( static_cast<long long>( columns ) ) );
 }
 
+//! \name Past the cache, to whole lines of memory
+//! @{
+KOKKOS_FORCEINLINE_FUNCTION void stream( double* const place,
+                                         const __m512d values )
+{
+    _mm512_stream_pd( place, values );
+}
+KOKKOS_FORCEINLINE_FUNCTION void stream( float* const place,
+                                         const __m512 values )
+{
+    _mm512_stream_ps( place, values );
+}
+//! @}
+
 //! \name One column
 //! @{
 KOKKOS_FORCEINLINE_FUNCTION __m512d gather( const double* const first,

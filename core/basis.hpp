@@ -229,6 +229,18 @@ struct Stencil
     }
 };
 
+//! Slope along an axis, from its fit by fitWeight: divided by the moment, but
+//! for hats. \param inverse 1/h
+template <class Basis, class Number>
+KOKKOS_FORCEINLINE_FUNCTION Number slopeOfFit( const Number& fit,
+                                               const Real inverse )
+{
+    if constexpr ( Basis::constant_moment )
+        return fit * ( 1 / Basis::moment( 0.0_rt ) * ( inverse * inverse ) );
+    else
+        return fit;
+}
+
 //! sum w (x_i - x)_b^2 at a place, length^2; it varies for hats alone.
 template <class Basis, int Dim, class Number>
 KOKKOS_INLINE_FUNCTION Number momentAt( const Grid<Dim>& grid, const Number& x,

@@ -90,6 +90,20 @@ KOKKOS_FORCEINLINE_FUNCTION void forEachOf( const Pack pack,
         visit( p );
 }
 
+/*!
+  \brief A slice that a kernel writes, by whole packs, and has not read.
+
+  Where there are so many particles that the cache loses them before the next
+  kernel reads them, it need not fetch the lines that are written either. The
+  barrier at the end of a kernel orders such stores, too.
+*/
+template <class Slice>
+struct Written
+{
+    Slice slice;
+    bool streams; //!< past the cache, where the processor can
+};
+
 //! The packs of n particles.
 inline Range packs( const int n )
 {
@@ -200,6 +214,13 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Real value,
 {
     slice( p.first, d... ) = value;
 }
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
+                                        const Real value, const Pack p,
+                                        const D... d )
+{
+    store( written.slice, value, p, d... );
+}
 
 #else
 
@@ -246,6 +267,25 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Lanes& value,
     static_assert( Slice::vector_length % lane_count == 0 );
     std::memcpy( &slice( p.first, d... ), static_cast<const void*>( &value ),
                  sizeof( Lanes ) );
+}
+
+template <class Slice, class... D>
+KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
+                                        const Lanes& value, const Pack p,
+                                        const D... d )
+{
+#ifdef MACHPOINT_HAS_AVX512
+    using Register = decltype( Avx512::gather( &written.slice( p.first, d... ),
+                                               nullptr, 0 ) );
+    static_assert( Slice::soa_stride % lane_count == 0 );
+    if ( written.streams )
+    {
+        Avx512::stream( &written.slice( p.first, d... ),
+                        static_cast<Register>( value ) );
+        return;
+    }
+#endif
+    store( written.slice, value, p, d... );
 }
 
 //! Node rows of a pack, from a column on.

@@ -73,9 +73,11 @@ void gridToParticlesApic( const State<Dim>& state )
             VectorOf<Dim, Lanes> change{};   // sum w (v'_i - v)
             VectorOf<Dim, Lanes> fit[Dim]{}; // sum w (v'_i - v) (x_i - x)^T, or
                                              // sum (v'_i - v) grad w for hats
-            Lanes squares( 0.0 );            // sum w |v'_i - v|^2
-            Lanes mixing( 0.0 );             // sum w |u_p(x_i) - v_i|^2
-            Lanes D( 0.0 );
+            // sum w (|v'_i - v|^2 + |v_i - u(x_i)|^2)
+            Lanes squares( 0.0 );
+            // sum grad w . (v_i - u(x_i) + v'_i - v): 2 D without what the
+            // affine field u has of it, tr C
+            Lanes diverging( 0.0 );
             forEachLine(
                 s, layout,
                 [&]( const auto& line ) MACHPOINT_INLINE
@@ -85,8 +87,9 @@ void gridToParticlesApic( const State<Dim>& state )
                         for ( int b = 1; b < Dim; ++b )
                             u[a] += old_C[a][b] * line.dx[b];
                     // Sums along the line, its own weight still to come.
-                    VectorOf<Dim, Lanes> steps{}, fits{}, twice_means{};
-                    Lanes all_squares( 0.0 ), all_lags( 0.0 );
+                    VectorOf<Dim, Lanes> steps{}, fits{}, lags{};
+                    Lanes diverging_along( 0.0 );
+                    Lanes all_squares( 0.0 );
                     for ( int i = 0; i < Basis::nodes; ++i )
                     {
                         Lanes both[2 * Dim]; // v and v'
@@ -94,35 +97,38 @@ void gridToParticlesApic( const State<Dim>& state )
                                  both );
                         const Lanes& w = s.w[0][i];
                         const Lanes w_fit = fitWeight( s, 0, i );
-                        Lanes step_squared( 0.0 ), lag_squared( 0.0 );
+                        Lanes squared( 0.0 );
                         for ( int a = 0; a < Dim; ++a )
                         {
-                            const Lanes& v_i = both[a];
-                            const Lanes& new_i = both[Dim + a];
-                            const Lanes step = new_i - old_v[a];
+                            const Lanes step = both[Dim + a] - old_v[a];
                             const Lanes lag =
-                                v_i - u[a] - old_C[a][0] * s.dx[0][i];
+                                both[a] - u[a] - old_C[a][0] * s.dx[0][i];
                             steps[a] += w * step;
                             fits[a] += w_fit * step;
-                            twice_means[a] +=
-                                ( a == 0 ? s.dw[0][i] : w ) * ( v_i + new_i );
-                            step_squared += step * step;
-                            lag_squared += lag * lag;
+                            if ( a == 0 )
+                                diverging_along += s.dw[0][i] * ( lag + step );
+                            else
+                                lags[a] += w * lag;
+                            squared += step * step + lag * lag;
                         }
-                        all_squares += w * step_squared;
-                        all_lags += w * lag_squared;
+                        all_squares += w * squared;
                     }
                     squares += line.weight * all_squares;
-                    mixing += line.weight * all_lags;
+                    diverging += line.weight * diverging_along;
                     for ( int a = 0; a < Dim; ++a )
                     {
                         change[a] += line.weight * steps[a];
-                        D += 0.5_rt * line.gradient[a] * twice_means[a];
+                        if ( a > 0 )
+                            diverging +=
+                                line.gradient[a] * ( lags[a] + steps[a] );
                         for ( int b = 0; b < Dim; ++b )
                             fit[a][b] +=
                                 line.fit[b] * ( b == 0 ? fits[a] : steps[a] );
                     }
                 } );
+            Lanes D = 0.5_rt * diverging;
+            for ( int a = 0; a < Dim; ++a )
+                D += 0.5_rt * old_C[a][a];
             Lanes affine( 0.0 );     // sum |C'|^2 moment at the old position
             Lanes affine_new( 0.0 ); // and at the new one
             VectorOf<Dim, Lanes> new_x{}, new_v{};
@@ -152,17 +158,15 @@ void gridToParticlesApic( const State<Dim>& state )
                     // For hats the fit's slope is the gradient itself, which
                     // stays finite where the moment vanishes.
                     const Lanes slope =
-                        Basis::constant_moment ? fit[a][b] / moment : fit[a][b];
+                        slopeOfFit<Basis>( fit[a][b], grid.inverse[b] );
                     const Lanes kept = slope * factor;
                     store( next_C, kept, p, a, b );
                     affine += slope * slope * moment;
                     affine_new += kept * kept * moment_new;
                 }
             }
-            const Lanes residual =
-                Kokkos::max( squares - affine, Lanes( 0.0 ) );
-            const Lanes loss =
-                0.5_rt * ( mixing + residual + affine - affine_new );
+            const Lanes lost = Kokkos::max( squares - affine, Lanes( 0.0 ) );
+            const Lanes loss = 0.5_rt * ( lost + affine - affine_new );
             const Lanes old_V = load( V, p );
             const Lanes old_e = load( e, p );
             const Lanes work = load( pressure, p ) * old_V / load( m, p ) * D;

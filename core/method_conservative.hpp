@@ -51,7 +51,7 @@ struct Conservative : MethodDefaults
         return Impl::conservativeMoments<Dim>();
     }
 
-    //! v, v', beta
+    //! v, v', 1 - beta
     template <int Dim>
     static auto velocityComponents()
     {

@@ -574,6 +574,10 @@ enum RateMember : std::size_t
     ViscousSpeed     //!< phi (c1 c + c2 h |D|), length/time
 };
 
+//! Particles and their copies that take more are not in the cache any more
+//! when the next kernel reads them (docs/performance.md).
+inline constexpr Real cached_bytes = 64 << 20;
+
 //! The particles of one material.
 template <int Dim>
 class Particles
@@ -626,6 +630,7 @@ class Particles
             Impl::resizeWithSlack( _other, _aosoa.size() );
         for ( auto& sidecar : _sidecars )
             sidecar->beginStep( keeps );
+        _streams = keeps && bytesPerParticle() * size() > cached_bytes;
     }
     //! A member as it was when the step began, if it keeps the old state.
     template <std::size_t M>
@@ -639,7 +644,7 @@ class Particles
     auto next() const
     {
         static_assert( isAdvanced( M ) );
-        return Cabana::slice<M>( _keeps ? _other : _aosoa );
+        return written( Cabana::slice<M>( _keeps ? _other : _aosoa ) );
     }
     //! From here on slice<M>() is the new one's.
     template <std::size_t... M>
@@ -657,6 +662,12 @@ class Particles
         _reached = {};
         _returns = _keeps;
         _keeps = false;
+    }
+    //! A slice of a new state, of these or of a sidecar.
+    template <class Slice>
+    Written<Slice> written( const Slice& slice ) const
+    {
+        return { slice, _streams };
     }
     //! Are values written to another place than they are read from?
     bool keeps() const { return _keeps; }
@@ -993,6 +1004,7 @@ class Particles
     aosoa_type _aosoa;
     aosoa_type _other; // the state before a step, or the one after it
     bool _keeps = false;
+    bool _streams = false;         // is what a step writes too much to cache?
     bool _returns = false;         // is _other a state to return to?
     std::vector<Identities> _kept; // of that state, where they have changed
     Kokkos::Array<bool, AdvancedMembers<Dim>::size> _reached{};

@@ -18,9 +18,9 @@ KOKKOS_FORCEINLINE_FUNCTION Number exponential( const Number& x )
 {
     // Taylor's polynomial of exp(x / 16), and its 16th power.
     const Number t = 0.0625_rt * clip( x, Number( -5.0 ), Number( 5.0 ) );
-    Number sum = 1 + t * ( 1.0_rt / 8 );
-    for ( int k = 7; k > 0; --k )
-        sum = 1 + t * sum * ( 1.0_rt / k );
+    Number sum( 1.0_rt / 40320 ); // 1/8!
+    for ( const int factorial : { 5040, 720, 120, 24, 6, 2, 1, 1 } )
+        sum = 1.0_rt / factorial + t * sum;
     const Number second = sum * sum;
     const Number fourth = second * second;
     const Number eighth = fourth * fourth;
@@ -31,14 +31,14 @@ KOKKOS_FORCEINLINE_FUNCTION Number exponential( const Number& x )
 template <class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number logarithm( const Number& x )
 {
-    // 4 log r = 8 artanh((r - 1) / (r + 1)) with r = x^(1/4).
-    const Number r = Kokkos::sqrt( Number( Kokkos::sqrt( x ) ) );
+    // 2 log r = 4 artanh((r - 1) / (r + 1)) with r = x^(1/2).
+    const Number r = Kokkos::sqrt( x );
     const Number s = ( r - 1 ) / ( r + 1 );
     const Number square = s * s;
-    Number sum( 1.0_rt / 15 );
-    for ( int k = 13; k > 0; k -= 2 )
+    Number sum( 1.0_rt / 25 );
+    for ( int k = 23; k > 0; k -= 2 )
         sum = 1.0_rt / k + square * sum;
-    return 8 * s * sum;
+    return 4 * s * sum;
 }
 
 //! x^y, to 1e-10 of it for 0.2 < x < 5 and |y| < 2; 1 for x = 1.

@@ -60,9 +60,11 @@ class LaneSurvey
         const Lanes zero( 0.0 );
         const Lanes huge( largest_quantity );
         const Lanes sum = sound + speed;
-        const Lanes mach = choose( zero < sound, Lanes( speed / sound ), zero );
         _fastest = Kokkos::max( _fastest, choose( counts, sum, zero ) );
-        _mach = Kokkos::max( _mach, choose( counts, mach, zero ) );
+        const LaneMask is_faster =
+            counts && zero < sound && _speed * sound < speed * _sound;
+        _speed = choose( is_faster, speed, _speed );
+        _sound = choose( is_faster, sound, _sound );
         _density = Kokkos::min( _density, choose( counts, density, huge ) );
         _energy = Kokkos::min( _energy, choose( counts, energy, huge ) );
         // Written so that a NaN is caught too.
@@ -89,13 +91,14 @@ class LaneSurvey
         all.fastest = largest( _fastest );
         all.fastest_viscous = largest( _fastest_viscous );
         all.extrema = { smallest( _density ), smallest( _energy ),
-                        largest( _mach ) };
+                        largest( _speed / _sound ) };
         all.broken = _broken;
         return all;
     }
 
   private:
-    Lanes _fastest{ 0.0 }, _fastest_viscous{ 0.0 }, _mach{ 0.0 };
+    Lanes _fastest{ 0.0 }, _fastest_viscous{ 0.0 };
+    Lanes _speed{ 0.0 }, _sound{ 1.0 }; // of the largest Mach number
     Lanes _density{ largest_quantity }, _energy{ largest_quantity };
     int _broken = -1; // of those seen last
 };

@@ -4,10 +4,12 @@
 
 #include <core/registry.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 
 namespace
 {
@@ -235,6 +237,38 @@ TEST( Guard, canBeSwitchedOff )
     advance( *run, 30 );
     EXPECT_EQ( run->retries(), 0 );
     EXPECT_LE( run->bytesPerParticle(), guarded );
+}
+
+// A new state beside the old one, too large for the cache and so written past
+// it, is the state that a step without an old one leaves.
+TEST( Guard, theOldStateChangesNothing )
+{
+    for ( const auto& method : methods )
+    {
+        auto input = shockTube( 2, 320, 2, method,
+                                method == "paper" ? "linear" : "quadratic" );
+        auto kept = simulate( input );
+        input["time"]["retries"] = 0;
+        auto overwritten = simulate( input );
+        for ( auto* run : { kept.get(), overwritten.get() } )
+            advance( *run, 3 );
+        const auto a = kept->particleData(), b = overwritten->particleData();
+        ASSERT_GT( kept->bytesPerParticle() * a.id.size(), cached_bytes );
+        ASSERT_EQ( a.id, b.id );
+        for ( const auto& [name, one, other] :
+              { std::tuple{ "position", &a.position, &b.position },
+                { "velocity", &a.velocity, &b.velocity },
+                { "volume", &a.volume, &b.volume },
+                { "energy", &a.specific_internal_energy,
+                  &b.specific_internal_energy } } )
+        {
+            Real most = 0;
+            for ( std::size_t k = 0; k < one->size(); ++k )
+                most = std::max<Real>(
+                    most, std::abs( ( *one )[k] - ( *other )[k] ) );
+            EXPECT_LT( most, tolerance( 1e-12 ) ) << method << " " << name;
+        }
+    }
 }
 
 // Far too long a time step: the guard finds one that works, or gives up with

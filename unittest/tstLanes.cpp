@@ -266,6 +266,48 @@ TEST( Lanes, readNodes )
     }
 }
 
+//! y of the particles, stored by packs. \param streams past the cache
+AoSoA storeNumbers( const bool streams )
+{
+    AoSoA numbers = makeNumbers();
+    AoSoA stored( "stored", n );
+    const auto x = Cabana::slice<0>( numbers );
+    const auto y = Cabana::slice<1>( numbers );
+    const Written new_x{ Cabana::slice<0>( stored ), streams };
+    const Written new_y{ Cabana::slice<1>( stored ), streams };
+    Kokkos::parallel_for(
+        "store", packs( n ), KOKKOS_LAMBDA( const int k ) {
+            const Pack p = Pack::of( k, n );
+            for ( int d = 0; d < 2; ++d )
+                store( new_x, load( x, p, d ), p, d );
+            store( new_y, load( y, p ), p );
+        } );
+    return stored;
+}
+
+TEST( Lanes, storePacksThroughTheCacheOrPastIt )
+{
+    const auto host = []( const AoSoA& aosoa ) {
+        return Cabana::create_mirror_view_and_copy( Kokkos::HostSpace(),
+                                                    aosoa );
+    };
+    const auto numbers = host( makeNumbers() );
+    for ( const bool streams : { false, true } )
+    {
+        const auto stored = host( storeNumbers( streams ) );
+        for ( int p = 0; p < n; ++p )
+        {
+            for ( int d = 0; d < 2; ++d )
+                EXPECT_EQ( Cabana::slice<0>( stored )( p, d ),
+                           Cabana::slice<0>( numbers )( p, d ) )
+                    << p << streams;
+            EXPECT_EQ( Cabana::slice<1>( stored )( p ),
+                       Cabana::slice<1>( numbers )( p ) )
+                << p << streams;
+        }
+    }
+}
+
 //! K columns of the node at the floor of y from the first on, by packs: of
 //! particle p the number of wrong ones. [n]
 template <std::size_t K>

@@ -121,11 +121,11 @@ class WorkOfStep
             return work( 2 * D + D * D + 5 + written +
                              ( s.midpoint ? 2 * D + 2 : 0 ),
                          2 * D + 1 + D + D + 2 * D,
-                         stencil() + N * ( 4 + D * ( 13 + 4 * D ) ) +
+                         stencil() + N * ( 2 + D * ( 13 + 4 * D ) ) +
                              8 * faces + tail + 20,
                          7 * D );
         return work( 2 * D + D * D + 4 + written, 2 * D,
-                     stencil() + N * ( 1 + 2 * D * D + D * ( 14 + 2 * D ) ) +
+                     stencil() + N * ( 2 * D * D + D * ( 13 + 2 * D ) ) +
                          tail );
     }
 

@@ -8,7 +8,7 @@
   faces: what particles gather together, side by side, for each axis: before the
   force FaceRate, before G2P FaceMotion.
   stress: pressure on faces [Dim], and the sum of m times the blend.
-  velocities: v [Dim], v' [Dim], beta.
+  velocities: v [Dim], v' [Dim], 1 - beta.
 */
 #ifndef MACHPOINT_CONSERVATIVE_FACES_HPP
 #define MACHPOINT_CONSERVATIVE_FACES_HPP
@@ -134,7 +134,7 @@ KOKKOS_FORCEINLINE_FUNCTION void depositMoments(
     // All at once where a register holds them.
     constexpr bool together = 1 + 2 * Dim <= lane_count;
     const auto faces = OtherWeights<Basis, Dim, Number>::faces( grid, s );
-    const Number filling = volume / grid.cellVolume();
+    const Number filling = volume * ( 1 / grid.cellVolume() );
     Products<ConservativeTerms<Dim, together>, Dim, Number> terms;
     setMoments<Dim>( terms, mass, v, C );
     if constexpr ( together )
@@ -364,12 +364,12 @@ void gatherRates( const State<Dim>& state, const NodeView& faces )
                         curl += spin * spin;
                     }
                 const Lanes speed = Kokkos::abs( D );
-                // Two ratios: the product of their denominators may underflow.
-                const Lanes straight = speed / ( speed + Kokkos::sqrt( curl ) +
-                                                 ( 1e-4_rt / h ) * c );
-                const Lanes share = straight * ( rough / compression );
-                phi = choose( zero < compression,
-                              choose( zero < c, share, phi ), phi );
+                const Lanes whole =
+                    ( speed + Kokkos::sqrt( curl ) + ( 1e-4_rt / h ) * c ) *
+                    compression;
+                // 0 where nothing compresses, or so little that it underflows.
+                phi = choose( zero < whole && zero < c,
+                              Lanes( speed * rough / whole ), phi );
             }
             store( divergence, D, p );
             store( expansion, normalised, p );
@@ -390,7 +390,7 @@ depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
 {
     Products<FaceTerms<Dim, 0, Blends ? 1 : 0>, Dim, Number> terms;
     for ( int a = 0; a < Dim; ++a )
-        terms.value[a] = volume_pressure / grid.cellVolume();
+        terms.value[a] = volume_pressure * ( 1 / grid.cellVolume() );
     if constexpr ( Blends )
         terms.value[Dim] = mixed;
     addProducts( nodes, p, s, layout,
@@ -485,6 +485,7 @@ void applyPressure( const State<Dim>& state, const NodeRows& rows,
     const auto inverse = state.grid.inverse;
     const Real dt = state.dt;
     const Real cell_volume = state.grid.cellVolume();
+    const Real own = 1 - blend;
     rows.forEach(
         "Machpoint::applyPressure", KOKKOS_LAMBDA( const int i ) {
             auto pressure = [&]( const int row, const int a ) {
@@ -503,8 +504,8 @@ void applyPressure( const State<Dim>& state, const NodeRows& rows,
             }
             velocities( i, 2 * Dim ) =
                 blends && m > 0
-                    ? Kokkos::min( 1.0_rt, blend + stress( i, Dim ) / m )
-                    : blend;
+                    ? Kokkos::max( 0.0_rt, own - stress( i, Dim ) / m )
+                    : own;
         } );
 }
 

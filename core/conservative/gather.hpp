@@ -24,8 +24,8 @@ struct Gathered
     VectorOf<Dim, Number> change{};   //!< sum w (phi - v)
     VectorOf<Dim, Number> fit[Dim]{}; //!< sum w (phi - v) (x_i - x)^T, or with
                                       //!< grad w for hats: fitWeight
-    Number squares{ 0.0 };            //!< sum w |phi - v|^2
-    Number mixing{ 0.0 };             //!< sum w beta (2 - beta) |v_i - u|^2
+    Number squares{ 0.0 };            //!< sum w (|phi - v|^2 +
+                                      //!< beta (2 - beta) |v_i - u_i|^2)
     VectorOf<Dim, Number> ahead{};    //!< sum w v'_i
     Number expansion{ 0.0 };          //!< D of the mean velocity, normalised
                                       //!< volume
@@ -45,52 +45,52 @@ struct Gathered
             const NodeView& faces, const VectorOf<Dim, Number>& v,
             const VectorOf<Dim, Number> ( &C )[Dim] )
     {
-        forEachLine( s, layout,
-                     [&]( const auto& line ) MACHPOINT_INLINE
-                     {
-                         auto u = v; // v + C (x_i - x), the first axis apart
-                         for ( int a = 0; a < Dim; ++a )
-                             for ( int b = 1; b < Dim; ++b )
-                                 u[a] += C[a][b] * line.dx[b];
-                         // Sums along the line, its own weight still to come.
-                         VectorOf<Dim, Number> steps{}, fits{}, futures{};
-                         Number all_squares( 0.0 ), all_lags( 0.0 );
-                         for ( int i = 0; i < Basis::nodes; ++i )
-                         {
-                             // v, v', beta and padding
-                             Number node[velocity_columns<Dim>];
-                             loadRow( velocities,
-                                      rowAt( s.base, line.shift + i ), node );
-                             const Number own = 1 - node[2 * Dim]; // 1 - beta
-                             const Number& w = s.w[0][i];
-                             const Number w_fit = fitWeight( s, 0, i );
-                             Number step_squared( 0.0 ), lag_squared( 0.0 );
-                             for ( int a = 0; a < Dim; ++a )
-                             {
-                                 const Number lag = // v_i - u_i
-                                     node[a] - u[a] - C[a][0] * s.dx[0][i];
-                                 const Number future = node[Dim + a] - v[a];
-                                 const Number step = future - own * lag;
-                                 steps[a] += w * step;
-                                 fits[a] += w_fit * step;
-                                 futures[a] += w * future;
-                                 step_squared += step * step;
-                                 lag_squared += lag * lag;
-                             }
-                             all_squares += w * step_squared;
-                             all_lags += w * ( 1 - own * own ) * lag_squared;
-                         }
-                         squares += line.weight * all_squares;
-                         mixing += line.weight * all_lags;
-                         for ( int a = 0; a < Dim; ++a )
-                         {
-                             change[a] += line.weight * steps[a];
-                             ahead[a] += line.weight * futures[a];
-                             for ( int b = 0; b < Dim; ++b )
-                                 fit[a][b] += line.fit[b] *
-                                              ( b == 0 ? fits[a] : steps[a] );
-                         }
-                     } );
+        forEachLine(
+            s, layout,
+            [&]( const auto& line ) MACHPOINT_INLINE
+            {
+                auto u = v; // v + C (x_i - x), the first axis apart
+                for ( int a = 0; a < Dim; ++a )
+                    for ( int b = 1; b < Dim; ++b )
+                        u[a] += C[a][b] * line.dx[b];
+                // Sums along the line, its own weight still to come.
+                VectorOf<Dim, Number> steps{}, fits{}, futures{};
+                Number all_squares( 0.0 );
+                for ( int i = 0; i < Basis::nodes; ++i )
+                {
+                    // v, v', 1 - beta and padding
+                    Number node[velocity_columns<Dim>];
+                    loadRow( velocities, rowAt( s.base, line.shift + i ),
+                             node );
+                    const Number& own = node[2 * Dim];
+                    const Number& w = s.w[0][i];
+                    const Number w_fit = fitWeight( s, 0, i );
+                    Number step_squared( 0.0 ), lag_squared( 0.0 );
+                    for ( int a = 0; a < Dim; ++a )
+                    {
+                        const Number lag = // v_i - u_i
+                            node[a] - u[a] - C[a][0] * s.dx[0][i];
+                        const Number future = node[Dim + a] - v[a];
+                        const Number step = future - own * lag;
+                        steps[a] += w * step;
+                        fits[a] += w_fit * step;
+                        futures[a] += w * future;
+                        step_squared += step * step;
+                        lag_squared += lag * lag;
+                    }
+                    all_squares +=
+                        w * ( step_squared + ( 1 - own * own ) * lag_squared );
+                }
+                squares += line.weight * all_squares;
+                for ( int a = 0; a < Dim; ++a )
+                {
+                    change[a] += line.weight * steps[a];
+                    ahead[a] += line.weight * futures[a];
+                    for ( int b = 0; b < Dim; ++b )
+                        fit[a][b] +=
+                            line.fit[b] * ( b == 0 ? fits[a] : steps[a] );
+                }
+            } );
         forEachFace(
             s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
             [&]( const auto& f ) MACHPOINT_INLINE
@@ -158,14 +158,18 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
 {
     using drift_type = typename Sidecar<DriftMembers<Dim>>::aosoa_type;
     const bool midpoint = drift != nullptr;
-    typename drift_type::template member_slice_type<ExtraVelocity> next_extra;
+    Written<typename drift_type::template member_slice_type<ExtraVelocity>>
+        next_extra;
     typename drift_type::template member_slice_type<LastExpansion>
-        last_expansion, next_expansion;
+        last_expansion;
+    Written<decltype( last_expansion )> next_expansion;
     if ( midpoint )
     {
         last_expansion = Cabana::slice<LastExpansion>( drift->data() );
-        next_extra = Cabana::slice<ExtraVelocity>( drift->next() );
-        next_expansion = Cabana::slice<LastExpansion>( drift->next() );
+        next_extra = state.particles.written(
+            Cabana::slice<ExtraVelocity>( drift->next() ) );
+        next_expansion = state.particles.written(
+            Cabana::slice<LastExpansion>( drift->next() ) );
     }
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
@@ -237,9 +241,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 const Lanes factor = slopeFactor<Basis>( moment, moment_new );
                 for ( int a = 0; a < Dim; ++a )
                 {
-                    const Lanes slope = Basis::constant_moment
-                                            ? g.fit[a][b] / moment
-                                            : g.fit[a][b];
+                    const Lanes slope =
+                        slopeOfFit<Basis>( g.fit[a][b], grid.inverse[b] );
                     const Lanes kept = slope * factor;
                     store( next_C, kept, p, a, b );
                     fitted += slope * slope * moment;
@@ -247,9 +250,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                     gradient += kept * kept;
                 }
             }
-            const Lanes residual = Kokkos::max( g.squares - fitted, zero );
-            const Lanes loss = 0.5_rt * ( returned * ( g.mixing + residual ) +
-                                          fitted - carried );
+            const Lanes lost = Kokkos::max( g.squares - fitted, zero );
+            const Lanes loss = 0.5_rt * ( returned * lost + fitted - carried );
             const Lanes old_e = load( e, p );
             const Lanes old_V = load( V, p );
             const Lanes work =
@@ -268,7 +270,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             {
                 gradient = Kokkos::sqrt( gradient );
                 const Lanes rate = relaxationRate(
-                    Lanes( g.filling / static_cast<Real>( Dim ) ), g.expansion,
+                    Lanes( g.filling * ( 1.0_rt / Dim ) ), g.expansion,
                     gradient, Lanes( smallest * gradient / sound ) );
                 volume *= 1 - clip( Lanes( kd * dt * rate ), Lanes( -0.25 ),
                                     Lanes( 0.25 ) );
@@ -315,7 +317,7 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
             Gathered<Basis, Dim, Real> g;
             g.template gather<false>( grid, layout, s, velocities, faces, u,
                                       affine );
-            Real kinetic = g.squares + g.mixing; // |phi|^2 - |u_i|^2, summed
+            Real kinetic = g.squares; // |phi|^2 - |u_i|^2, summed
             for ( int a = 0; a < Dim; ++a )
             {
                 images.impulses( k, a ) = m( p ) * g.change[a];

@@ -67,15 +67,17 @@ struct CellPressure
                     }
                 }
         // Without the limit, steep pressures run away.
-        least = Kokkos::max( least, Lanes( 0.0 ) ) / ( 2.0_rt * Dim );
+        least = Kokkos::max( least, Lanes( 0.0 ) ) * ( 0.5_rt / Dim );
         for ( int a = 0; a < Dim; ++a )
         {
             const Lanes limit = least * grid.inverse[a];
             const Lanes steep = Kokkos::abs( gradient[a] );
-            trust = choose(
-                3 * limit < steep,
-                Lanes( Kokkos::min( trust, Lanes( 3 * limit / steep ) ) ),
-                trust );
+            const auto is_cut = 3 * limit < steep;
+            if ( any( is_cut ) ) // seldom
+                trust = choose(
+                    is_cut,
+                    Lanes( Kokkos::min( trust, Lanes( 3 * limit / steep ) ) ),
+                    trust );
             gradient[a] = clip( gradient[a], Lanes( -limit ), limit );
         }
     }

@@ -107,7 +107,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             {
                 Lanes mean( 0.0 );
                 for ( int a = 0; a < Dim; ++a )
-                    mean += load( C, p, a, a ) / static_cast<Real>( Dim );
+                    mean += load( C, p, a, a ) * ( 1.0_rt / Dim );
                 for ( int a = 0; a < Dim; ++a )
                     store( stretch,
                            load( stretch, p, a ) +
