@@ -91,7 +91,7 @@ KOKKOS_FORCEINLINE_FUNCTION void forEachOf( const Pack pack,
 }
 
 /*!
-  \brief A slice that a kernel writes, by whole packs, and has not read.
+  \brief A slice of a new state, which kernels write by whole packs.
 
   Where there are so many particles that the cache loses them before the next
   kernel reads them, it need not fetch the lines that are written either. The

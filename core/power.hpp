@@ -18,9 +18,15 @@ KOKKOS_FORCEINLINE_FUNCTION Number exponential( const Number& x )
 {
     // Taylor's polynomial of exp(x / 16), and its 16th power.
     const Number t = 0.0625_rt * clip( x, Number( -5.0 ), Number( 5.0 ) );
-    Number sum( 1.0_rt / 40320 ); // 1/8!
-    for ( const int factorial : { 5040, 720, 120, 24, 6, 2, 1, 1 } )
-        sum = 1.0_rt / factorial + t * sum;
+    Number sum( 1.0_rt / 40320 );
+    sum = 1.0_rt / 5040 + t * sum;
+    sum = 1.0_rt / 720 + t * sum;
+    sum = 1.0_rt / 120 + t * sum;
+    sum = 1.0_rt / 24 + t * sum;
+    sum = 1.0_rt / 6 + t * sum;
+    sum = 0.5_rt + t * sum;
+    sum = 1 + t * sum;
+    sum = 1 + t * sum;
     const Number second = sum * sum;
     const Number fourth = second * second;
     const Number eighth = fourth * fourth;
