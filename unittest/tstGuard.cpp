@@ -243,9 +243,10 @@ TEST( Guard, canBeSwitchedOff )
 // it, is the state that a step without an old one leaves.
 TEST( Guard, theOldStateChangesNothing )
 {
+    const int cells = is_single ? 460 : 320;
     for ( const auto& method : methods )
     {
-        auto input = shockTube( 2, 320, 2, method,
+        auto input = shockTube( 2, cells, 2, method,
                                 method == "paper" ? "linear" : "quadratic" );
         auto kept = simulate( input );
         input["time"]["retries"] = 0;
