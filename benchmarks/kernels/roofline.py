@@ -1,9 +1,5 @@
 """The roofline of a session: what the parts reach of what the machine allows."""
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-import numpy as np
+from figure import np, plt
 from matplotlib.patches import Patch
 
 PARTS = {"P2G": "o", "stress": "s", "G2P": "D", "grid": "^", "sort": "v",

@@ -1,10 +1,7 @@
 """Time against cells, as figure 2 of Baioni et al. 2023."""
 import math
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+from figure import plt
 
 
 def draw(record, path):
