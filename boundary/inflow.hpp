@@ -249,10 +249,9 @@ class Inflow : public SideBoundary<Dim>
         const auto stream = _stream;
         const Real width = _buffer * grid.spacing[part.axis()];
         const int n = state.particles.size();
-        Kokkos::parallel_for(
-            "Machpoint::imposeStream", packs( n ),
-            KOKKOS_LAMBDA( const int k ) {
-                const Pack pack = Pack::of( k, n );
+        forEachPack(
+            "Machpoint::imposeStream", n,
+            KOKKOS_LAMBDA( const Pack pack ) MACHPOINT_INLINE {
                 const Lanes s = load( x, pack, part.axis() );
                 if ( !any( part.depthOf( grid, s ) < Lanes( width ) ) )
                     return;

@@ -269,9 +269,9 @@ class Obstacle : public Module<Dim>
         };
         _noted.clear( n );
         const auto noted = _noted;
-        Kokkos::parallel_for(
-            "Machpoint::noteNear", packs( n ), KOKKOS_LAMBDA( const int k ) {
-                const Pack pack = Pack::of( k, n );
+        forEachPack(
+            "Machpoint::noteNear", n,
+            KOKKOS_LAMBDA( const Pack pack ) MACHPOINT_INLINE {
                 const auto y = loadVector<Dim>( x, pack );
                 if ( any( shape.distanceBound( y ) <= Lanes( reach ) ) )
                     forEachOf( pack,

@@ -151,14 +151,13 @@ class NodeRows
     template <class Kernel>
     void forEach( const char* label, const Kernel& kernel ) const
     {
-        const Range range( 0, _count );
         const auto rows = _rows;
         if ( _is_listed )
-            Kokkos::parallel_for(
-                label, range,
+            Machpoint::forEach(
+                label, _count,
                 KOKKOS_LAMBDA( const int k ) { kernel( rows( k ) ); } );
         else
-            Kokkos::parallel_for( label, range, kernel );
+            Machpoint::forEach( label, _count, kernel );
     }
 
   private:

@@ -11,7 +11,7 @@
 #ifndef MACHPOINT_LANES_HPP
 #define MACHPOINT_LANES_HPP
 
-#include <core/types.hpp>
+#include <core/for_each.hpp>
 
 #include <cassert>
 #include <cstdint>
@@ -104,10 +104,31 @@ struct Written
     bool streams; //!< past the cache, where the processor can
 };
 
-//! The packs of n particles.
-inline Range packs( const int n )
+//! The number of packs of n particles.
+inline int countPacks( const int n )
 {
-    return Range( 0, ( n + lane_count - 1 ) / lane_count );
+    return ( n + lane_count - 1 ) / lane_count;
+}
+
+namespace Impl
+{
+template <class Body>
+struct OverPacks
+{
+    Body body;
+    int n;
+    KOKKOS_FORCEINLINE_FUNCTION void operator()( const int k ) const
+    {
+        body( Pack::of( k, n ) );
+    }
+};
+} // namespace Impl
+
+//! Calls body( p ) for the packs of n particles, in parallel: see forEach.
+template <class Body>
+void forEachPack( const char* label, const int n, const Body& body )
+{
+    forEach( label, countPacks( n ), Impl::OverPacks<Body>{ body, n } );
 }
 
 //! values[k] in a loop behind MACHPOINT_KEEP_LOOP; on a GPU chosen, not

@@ -59,15 +59,14 @@ void gridToParticlesApic( const State<Dim>& state )
     const auto layout = state.layout;
     const Real dt = state.dt;
     const Real widest = widest_volume * grid.cellVolume();
-    const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::gridToParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachStencil<Basis>(
+        "Machpoint::gridToParticles", state,
+        KOKKOS_LAMBDA( const Pack p,
+                       const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
             const auto old_x = loadVector<Dim>( x, p );
             const auto old_v = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> old_C[Dim];
             loadMatrix<Dim>( C, p, old_C );
-            const Stencil<Basis, Dim, Lanes> s( grid, layout, old_x );
             // Sums relative to the old velocity: a uniform flow then has
             // zeros to add, not large numbers that cancel.
             VectorOf<Dim, Lanes> change{};   // sum w (v'_i - v)

@@ -22,32 +22,27 @@ constexpr Real min_volume_ratio = 0.1;
 template <class Basis, int Dim>
 void updateParticleVelocity( State<Dim>& state )
 {
-    const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto next_v = state.particles.template next<Velocity>();
     const auto velocities = state.nodes.velocities;
-    const auto grid = state.grid;
     const auto layout = state.layout;
-    const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::updateParticleVelocity", packs( n ),
-        KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const Stencil<Basis, Dim, Lanes> s( grid, layout,
-                                                loadVector<Dim>( x, p ) );
-            VectorOf<Dim, Lanes> change{};
-            forEachNode( s, layout,
-                         [&]( const auto& i ) MACHPOINT_INLINE
-                         {
-                             for ( int d = 0; d < Dim; ++d )
-                                 change[d] +=
-                                     i.weight *
-                                     ( at( velocities, i.row, Dim + d ) -
-                                       at( velocities, i.row, d ) );
-                         } );
-            for ( int d = 0; d < Dim; ++d )
-                store( next_v, load( v, p, d ) + change[d], p, d );
-        } );
+    forEachStencil<Basis>(
+        "Machpoint::updateParticleVelocity", state,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+            MACHPOINT_INLINE {
+                VectorOf<Dim, Lanes> change{};
+                forEachNode( s, layout,
+                             [&]( const auto& i ) MACHPOINT_INLINE
+                             {
+                                 for ( int d = 0; d < Dim; ++d )
+                                     change[d] +=
+                                         i.weight *
+                                         ( at( velocities, i.row, Dim + d ) -
+                                           at( velocities, i.row, d ) );
+                             } );
+                for ( int d = 0; d < Dim; ++d )
+                    store( next_v, load( v, p, d ) + change[d], p, d );
+            } );
     state.particles.template reached<Velocity>();
 }
 
@@ -56,29 +51,25 @@ void updateParticleVelocity( State<Dim>& state )
 template <class Basis, int Dim, class Sums>
 void momentumToGrid( const State<Dim>& state, const Sums& sums )
 {
-    const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto m = state.particles.template slice<Mass>();
-    const auto grid = state.grid;
     const auto layout = state.layout;
-    const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::momentumToGrid", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const auto nodes = sums.access();
-            const Stencil<Basis, Dim, Lanes> s( grid, layout,
-                                                loadVector<Dim>( x, p ) );
-            const auto u = loadVector<Dim>( v, p );
-            const Lanes mass = load( m, p );
-            forEachNode( s, layout,
-                         [&]( const auto& i ) MACHPOINT_INLINE
-                         {
-                             Lanes momentum[Dim];
-                             for ( int d = 0; d < Dim; ++d )
-                                 momentum[d] = mass * i.weight * u[d];
-                             addColumns( nodes, p, i.row, 0, momentum );
-                         } );
-        } );
+    forEachStencil<Basis>(
+        "Machpoint::momentumToGrid", state,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+            MACHPOINT_INLINE {
+                const auto nodes = sums.access();
+                const auto u = loadVector<Dim>( v, p );
+                const Lanes mass = load( m, p );
+                forEachNode( s, layout,
+                             [&]( const auto& i ) MACHPOINT_INLINE
+                             {
+                                 Lanes momentum[Dim];
+                                 for ( int d = 0; d < Dim; ++d )
+                                     momentum[d] = mass * i.weight * u[d];
+                                 addColumns( nodes, p, i.row, 0, momentum );
+                             } );
+            } );
 }
 
 //! Line 8: momentum becomes velocity, in place. \param velocity [nodes][Dim]
@@ -112,16 +103,14 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
     const auto note = watch( state );
     const auto velocities = state.nodes.velocities;
-    const auto grid = state.grid;
     const auto layout = state.layout;
     const Real dt = state.dt;
     const Real least = min_volume_ratio;
-    const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::updateParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachStencil<Basis>(
+        "Machpoint::updateParticles", state,
+        KOKKOS_LAMBDA( const Pack p,
+                       const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
             const auto old_x = loadVector<Dim>( x, p );
-            const Stencil<Basis, Dim, Lanes> s( grid, layout, old_x );
             VectorOf<Dim, Lanes> gradient[Dim]{};
             VectorOf<Dim, Lanes> move{};
             forEachNode( s, layout,

@@ -182,6 +182,10 @@ KOKKOS_FORCEINLINE_FUNCTION void forEachConstant( const Visitor& visit )
   Node after node and line after line a term grows by slope times spacing, and
   the weights of an axis are multiplied on line by line, so that a node costs
   two operations.
+
+  Where registers hold the sums of all nodes, particles that share their nodes
+  are added up there first: to add a register to memory takes a processor longer
+  than to make it, as it has to wait for what the last particle wrote.
 */
 template <int Width, class Terms, class Basis, int Dim>
 KOKKOS_FORCEINLINE_FUNCTION void
@@ -193,8 +197,11 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
 {
     using Row = typename ColumnRow<Width>::Row;
     constexpr int n = Basis::nodes;
+    constexpr int ny = Dim > 1 ? n : 1;
+    constexpr int nz = Dim > 2 ? n : 1;
     constexpr int first = Terms::column( 0 );
     constexpr bool grows = anyAffine<Terms>();
+    constexpr bool keeps = n * ny * nz <= 16;
     // Of each particle: terms at the first node, and from there to the next.
     Lanes values[Terms::count], steps[Terms::count][Dim];
     for ( int t = 0; t < Terms::count; ++t )
@@ -207,6 +214,33 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
                 steps[t][d] = terms.slope[t][d] * layout.spacing[d];
             }
     }
+    // Here, as the compiler would read them again after whatever is written.
+    const std::ptrdiff_t columns = nodes.columns;
+    std::ptrdiff_t stride[3]{};
+    for ( int d = 0; d < Dim; ++d )
+        stride[d] = layout.stride[d] * columns;
+    Real* const start = nodes.sums + first;
+    Row sums[keeps ? nz : 1][keeps ? ny : 1][keeps ? n : 1]{};
+    auto add = []( Real* const node, const Row& term ) MACHPOINT_INLINE
+    {
+        Row sum;
+        std::memcpy( &sum, node, sizeof( Row ) );
+        sum += term;
+        std::memcpy( node, &sum, sizeof( Row ) );
+    };
+    auto flush = [&]( const int row ) MACHPOINT_INLINE
+    {
+        Real* const base = start + row * columns;
+        for ( int k = 0; k < nz; ++k )
+            for ( int j = 0; j < ny; ++j )
+                for ( int i = 0; i < n; ++i )
+                {
+                    add( base + i * columns + j * stride[1] + k * stride[2],
+                         sums[k][j][i] );
+                    sums[k][j][i] = Row{};
+                }
+    };
+    int current = s.base.row[0];
     for ( int l = 0; l < p.count; ++l )
     {
         Row value{};
@@ -231,13 +265,19 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
                         rowOf<Width>( inMemory( s.w[d][i], l ) ),
                         inMemory( other.w[d][i], l ) );
             } );
-        Real* const base = nodes.row( s.base.row[l] ) + first;
-        for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
+        const int row = s.base.row[l];
+        if constexpr ( keeps )
+            if ( row != current )
+            {
+                flush( current );
+                current = row;
+            }
+        Real* const base = start + row * columns;
+        for ( int k = 0; k < nz; ++k )
         {
             Row plane = value;
             Row step_x = step[0];
             Row step_y = step[1];
-            int row = 0;
             if constexpr ( Dim > 2 )
             {
                 plane *= w[2][k];
@@ -247,9 +287,8 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
                     step_y *= w[2][k];
                     value += step[2];
                 }
-                row = k * layout.stride[2];
             }
-            for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
+            for ( int j = 0; j < ny; ++j )
             {
                 Row term = plane;
                 Row step_on = step_x;
@@ -262,23 +301,21 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
                         plane += step_y;
                     }
                 }
-                Real* const line =
-                    base + static_cast<std::ptrdiff_t>( row ) * nodes.columns;
+                Real* const line = base + j * stride[1] + k * stride[2];
                 for ( int i = 0; i < n; ++i )
                 {
-                    Real* const node = line + i * nodes.columns;
-                    Row sum;
-                    std::memcpy( &sum, node, sizeof( Row ) );
-                    sum += term * w[0][i];
-                    std::memcpy( node, &sum, sizeof( Row ) );
+                    if constexpr ( keeps )
+                        sums[k][j][i] += term * w[0][i];
+                    else
+                        add( line + i * columns, term * w[0][i] );
                     if constexpr ( grows )
                         term += step_on;
                 }
-                if constexpr ( Dim > 1 )
-                    row += layout.stride[1];
             }
         }
     }
+    if constexpr ( keeps )
+        flush( current );
 }
 
 } // namespace Impl

@@ -602,10 +602,9 @@ class Stepper : public Simulation
             Kokkos::view_alloc( "Machpoint::cells",
                                 Kokkos::WithoutInitializing ),
             n );
-        Kokkos::parallel_for(
-            "Machpoint::cellOfParticle", packs( n ),
-            KOKKOS_LAMBDA( const int k ) {
-                const Pack p = Pack::of( k, n );
+        forEachPack(
+            "Machpoint::cellOfParticle", n,
+            KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
                 const auto cell = box.flatCell( grid, loadVector<Dim>( x, p ) );
                 for ( int l = 0; l < p.count; ++l )
                     cells( p.first + l ) = lane( cell, l );

@@ -14,6 +14,49 @@
 namespace Machpoint
 {
 
+namespace Impl
+{
+template <class Basis, int Dim, class Positions, class Body>
+struct StencilTurns
+{
+    Positions x;
+    Grid<Dim> grid;
+    NodeLayout<Dim> layout;
+    int n;
+    Body body;
+
+    KOKKOS_FORCEINLINE_FUNCTION void operator()( const int first,
+                                                 const int last ) const
+    {
+        Own<Positions> own_x = x;
+        Own<Grid<Dim>> own_grid = grid;
+        Own<NodeLayout<Dim>> own_layout = layout;
+        Own<Body> own_body = body;
+        const int all = n;
+        for ( int k = first; k < last; ++k )
+        {
+            const Pack p = Pack::of( k, all );
+            own_body(
+                p, Stencil<Basis, Dim, Lanes>( own_grid, own_layout,
+                                               loadVector<Dim>( own_x, p ) ) );
+        }
+    }
+};
+} // namespace Impl
+
+//! Calls body( p, s ) for the packs of particles and their stencils, in
+//! parallel: see forEach.
+template <class Basis, int Dim, class Body>
+void forEachStencil( const char* label, const State<Dim>& state,
+                     const Body& body )
+{
+    const auto x = state.particles.template slice<Position>();
+    const int n = state.particles.size();
+    forEachShare( label, countPacks( n ),
+                  Impl::StencilTurns<Basis, Dim, decltype( x ), Body>{
+                      x, state.grid, state.layout, n, body } );
+}
+
 //! Velocity v + C dx of an affine field at a distance dx.
 template <int Dim, class Number>
 KOKKOS_FORCEINLINE_FUNCTION VectorOf<Dim, Number>
@@ -75,33 +118,29 @@ setMoments( Products<Terms, Dim, Number>& terms, const Number& mass,
 template <class Basis, bool Affine, int Dim, class Sums>
 void particlesToGrid( const State<Dim>& state, const Sums& sums )
 {
-    const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto C = state.particles.template slice<VelocityGradient>();
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
     const auto pressure = state.particles.template slice<Pressure>();
-    const auto grid = state.grid;
     const auto layout = state.layout;
-    const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::particlesToGrid", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const auto nodes = sums.access();
-            const Stencil<Basis, Dim, Lanes> s( grid, layout,
-                                                loadVector<Dim>( x, p ) );
-            const auto u = loadVector<Dim>( v, p );
-            VectorOf<Dim, Lanes> affine[Dim];
-            loadMatrix<Dim>( C, p, affine );
-            Products<MomentTerms<Dim, Affine>, Dim, Lanes> terms;
-            setMoments<Dim>( terms, load( m, p ), u, affine );
-            const Lanes Vp = load( V, p ) * load( pressure, p );
-            for ( int d = 0; d < Dim; ++d )
-                terms.value[1 + Dim + d] = Vp;
-            addProducts( nodes, p, s, layout,
-                         OtherWeights<Basis, Dim, Lanes>::derivatives( s ),
-                         terms );
-        } );
+    forEachStencil<Basis>(
+        "Machpoint::particlesToGrid", state,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+            MACHPOINT_INLINE {
+                const auto nodes = sums.access();
+                const auto u = loadVector<Dim>( v, p );
+                VectorOf<Dim, Lanes> affine[Dim];
+                loadMatrix<Dim>( C, p, affine );
+                Products<MomentTerms<Dim, Affine>, Dim, Lanes> terms;
+                setMoments<Dim>( terms, load( m, p ), u, affine );
+                const Lanes Vp = load( V, p ) * load( pressure, p );
+                for ( int d = 0; d < Dim; ++d )
+                    terms.value[1 + Dim + d] = Vp;
+                addProducts( nodes, p, s, layout,
+                             OtherWeights<Basis, Dim, Lanes>::derivatives( s ),
+                             terms );
+            } );
 }
 
 //! v_i = (mv)_i / m_i on nodes; 0 where there is no gas.
@@ -112,7 +151,8 @@ void gridVelocity( const State<Dim>& state, const NodeRows& rows )
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
     rows.forEach(
-        "Machpoint::gridVelocity", KOKKOS_LAMBDA( const int i ) {
+        "Machpoint::gridVelocity",
+        KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, d ) = m > 0 ? moments( i, 1 + d ) / m : 0.0_rt;
@@ -128,9 +168,9 @@ void advanceGridVelocity( const State<Dim>& state )
     const auto velocities = state.nodes.velocities;
     const int force = state.nodes.force_column;
     const Real dt = state.dt;
-    Kokkos::parallel_for(
-        "Machpoint::advanceGridVelocity", Range( 0, state.layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
+    forEach(
+        "Machpoint::advanceGridVelocity", state.layout.total,
+        KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, Dim + d ) =

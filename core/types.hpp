@@ -58,6 +58,9 @@ using ExecutionSpace = Kokkos::Serial;
 using ExecutionSpace = Kokkos::DefaultExecutionSpace;
 #endif
 using MemorySpace = typename ExecutionSpace::memory_space;
+//! Do kernels run on the host's processor?
+inline constexpr bool runs_on_host =
+    Kokkos::SpaceAccessibility<Kokkos::HostSpace, MemorySpace>::accessible;
 
 //! Range of particles or nodes on the build's backend. On CUDA a kernel gets
 //! what it captures as its parameters: Kokkos puts more than 512 bytes of them

@@ -25,9 +25,9 @@ void advancePressure( const State<Dim>& state, const Real time,
     const auto expansion = Cabana::slice<Expansion>( state.rates->data() );
     const auto viscous = Cabana::slice<ViscousPressure>( state.rates->data() );
     const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::advancePressure", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "Machpoint::advancePressure", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const Lanes q = load( viscous, p );
             const Lanes J =
                 Kokkos::max( 1 + time * load( expansion, p ), Lanes( 0.2 ) );

@@ -118,10 +118,9 @@ class ArtificialViscosity : public Module<Dim>
         const Real c2 = _quadratic;
         const Real h = state.grid.minSpacing();
         const int n = state.particles.size();
-        Kokkos::parallel_for(
-            "Machpoint::viscousPressure", packs( n ),
-            KOKKOS_LAMBDA( const int k ) {
-                const Pack p = Pack::of( k, n );
+        forEachPack(
+            "Machpoint::viscousPressure", n,
+            KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
                 const Lanes hD =
                     h * Kokkos::min( load( divergence, p ), Lanes( 0.0 ) );
                 const Lanes s = choose( hD < Lanes( 0.0 ),

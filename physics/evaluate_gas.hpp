@@ -39,7 +39,7 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
     if ( is_viscous )
         viscous = Cabana::slice<ViscousSpeed>( state.rates->data() );
     const int n = state.particles.size();
-    const int count = static_cast<int>( packs( n ).end() );
+    const int count = countPacks( n );
     // Lanes are joined after some packs, as that takes longer than a pack.
     constexpr int block = lane_count > 1 ? 32 : 1;
     GasSurvey survey;

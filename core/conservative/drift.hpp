@@ -61,9 +61,9 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
     const auto grid = state.grid;
     const Real half = 0.5_rt * state.dt;
     const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::driftParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "Machpoint::driftParticles", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             Lanes heat( 0.0 );
             store( next_V,
                    load( V, p ) * driftFactor( half, load( expansion, p ) ),

@@ -182,19 +182,16 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto images = state.images;
-    const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::depositParticles", packs( n ),
-        KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const Stencil<Basis, Dim, Lanes> s( grid, layout,
-                                                loadVector<Dim>( x, p ) );
-            VectorOf<Dim, Lanes> affine[Dim];
-            loadMatrix<Dim>( C, p, affine );
-            depositMoments<Basis, Dim>( sums.access(), grid, layout, s, p,
-                                        load( m, p ), load( V, p ),
-                                        loadVector<Dim>( v, p ), affine );
-        } );
+    forEachStencil<Basis>(
+        "Machpoint::depositParticles", state,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+            MACHPOINT_INLINE {
+                VectorOf<Dim, Lanes> affine[Dim];
+                loadMatrix<Dim>( C, p, affine );
+                depositMoments<Basis, Dim>( sums.access(), grid, layout, s, p,
+                                            load( m, p ), load( V, p ),
+                                            loadVector<Dim>( v, p ), affine );
+            } );
     if ( images.count > 0 )
         Kokkos::parallel_for(
             "Machpoint::depositImages", Range( 0, images.count ),
@@ -231,9 +228,9 @@ void measureFaces( const State<Dim>& state, const NodeView& faces,
     const auto velocities = state.nodes.velocities;
     const auto layout = state.layout;
     const auto inverse = state.grid.inverse;
-    Kokkos::parallel_for(
+    forEach(
         Limited ? "Machpoint::limitFaces" : "Machpoint::measureFaces",
-        Range( 0, layout.total ), KOKKOS_LAMBDA( const int i ) {
+        layout.total, KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
             for ( int a = 0; a < Dim; ++a )
             {
                 const int stride = layout.stride[a];
@@ -283,9 +280,9 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
     const auto velocities = state.nodes.velocities;
     const auto layout = state.layout;
     const auto inverse = state.grid.inverse;
-    Kokkos::parallel_for(
-        "Machpoint::measureMotion", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
+    forEach(
+        "Machpoint::measureMotion", layout.total,
+        KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
             auto mean = [&]( const int row, const int a ) {
                 return 0.5_rt *
                        ( velocities( row, a ) + velocities( row, Dim + a ) );
@@ -316,7 +313,6 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
 template <class Basis, bool Limited, int Dim>
 void gatherRates( const State<Dim>& state, const NodeView& faces )
 {
-    const auto x = state.particles.template slice<Position>();
     const auto C = state.particles.template slice<VelocityGradient>();
     const auto sound_speed = state.particles.template slice<SoundSpeed>();
     const auto divergence = Cabana::slice<Divergence>( state.rates->data() );
@@ -326,56 +322,55 @@ void gatherRates( const State<Dim>& state, const NodeView& faces )
     const auto grid = state.grid;
     const auto layout = state.layout;
     const Real h = grid.minSpacing();
-    const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::gatherRates", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const Stencil<Basis, Dim, Lanes> s( grid, layout,
-                                                loadVector<Dim>( x, p ) );
-            const Lanes zero( 0.0 );
-            Lanes D = zero;
-            Lanes normalised = zero;
-            Lanes compression = zero; // sum w |min(d, 0)|
-            Lanes rough = zero;       // sum w (1 - psi) |min(d, 0)|
-            forEachFace(
-                s, HalfwayWeights<Basis, Dim, Lanes>( grid, s ), layout,
-                [&]( const auto& f ) MACHPOINT_INLINE
+    forEachStencil<Basis>(
+        "Machpoint::gatherRates", state,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+            MACHPOINT_INLINE {
+                const Lanes zero( 0.0 );
+                Lanes D = zero;
+                Lanes normalised = zero;
+                Lanes compression = zero; // sum w |min(d, 0)|
+                Lanes rough = zero;       // sum w (1 - psi) |min(d, 0)|
+                forEachFace(
+                    s, HalfwayWeights<Basis, Dim, Lanes>( grid, s ), layout,
+                    [&]( const auto& f ) MACHPOINT_INLINE
+                    {
+                        Lanes face[Limited ? Rough + 1 : Normalised + 1];
+                        loadRow( faces, f.row, face, face_columns * f.axis );
+                        D += f.weight * face[Difference];
+                        normalised += f.weight * face[Normalised];
+                        if constexpr ( Limited )
+                        {
+                            compression += f.weight * face[Closing];
+                            rough += f.weight * face[Rough];
+                        }
+                    } );
+                Lanes phi( 1.0 );
+                if ( Limited )
                 {
-                    Lanes face[Limited ? Rough + 1 : Normalised + 1];
-                    loadRow( faces, f.row, face, face_columns * f.axis );
-                    D += f.weight * face[Difference];
-                    normalised += f.weight * face[Normalised];
-                    if constexpr ( Limited )
-                    {
-                        compression += f.weight * face[Closing];
-                        rough += f.weight * face[Rough];
-                    }
-                } );
-            Lanes phi( 1.0 );
-            if ( Limited )
-            {
-                const Lanes c = load( sound_speed, p );
-                Lanes curl = zero;
-                for ( int a = 0; a < Dim; ++a )
-                    for ( int b = a + 1; b < Dim; ++b )
-                    {
-                        const Lanes spin =
-                            load( C, p, a, b ) - load( C, p, b, a );
-                        curl += spin * spin;
-                    }
-                const Lanes speed = Kokkos::abs( D );
-                const Lanes whole =
-                    ( speed + Kokkos::sqrt( curl ) + ( 1e-4_rt / h ) * c ) *
-                    compression;
-                // 0 where nothing compresses, or so little that it underflows.
-                phi = choose( zero < whole && zero < c,
-                              Lanes( speed * rough / whole ), phi );
-            }
-            store( divergence, D, p );
-            store( expansion, normalised, p );
-            store( limiter, phi, p );
-            store( q, zero, p );
-        } );
+                    const Lanes c = load( sound_speed, p );
+                    Lanes curl = zero;
+                    for ( int a = 0; a < Dim; ++a )
+                        for ( int b = a + 1; b < Dim; ++b )
+                        {
+                            const Lanes spin =
+                                load( C, p, a, b ) - load( C, p, b, a );
+                            curl += spin * spin;
+                        }
+                    const Lanes speed = Kokkos::abs( D );
+                    const Lanes whole =
+                        ( speed + Kokkos::sqrt( curl ) + ( 1e-4_rt / h ) * c ) *
+                        compression;
+                    // 0 where nothing compresses, or so little that it
+                    // underflows.
+                    phi = choose( zero < whole && zero < c,
+                                  Lanes( speed * rough / whole ), phi );
+                }
+                store( divergence, D, p );
+                store( expansion, normalised, p );
+                store( limiter, phi, p );
+                store( q, zero, p );
+            } );
 }
 
 //! Adds particles, or one image of one, to the pressure on faces and, where
@@ -442,16 +437,14 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
     const auto images = state.images;
     const Real scale = kb * grid.minSpacing();
     const BlendSource mixed{ m, c, divergence, limiter, scale };
-    const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::depositStress", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
-            const Stencil<Basis, Dim, Lanes> s( grid, layout,
-                                                loadVector<Dim>( x, p ) );
-            const Lanes Vp = load( V, p ) * load( pressure, p );
-            depositStress<Blends>( sums.access(), grid, layout, s, p, Vp,
-                                   Blends ? mixed( p ) : Lanes( 0.0 ) );
-        } );
+    forEachStencil<Basis>(
+        "Machpoint::depositStress", state,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+            MACHPOINT_INLINE {
+                const Lanes Vp = load( V, p ) * load( pressure, p );
+                depositStress<Blends>( sums.access(), grid, layout, s, p, Vp,
+                                       Blends ? mixed( p ) : Lanes( 0.0 ) );
+            } );
     if ( images.count > 0 )
         Kokkos::parallel_for(
             "Machpoint::depositImageStress", Range( 0, images.count ),
@@ -487,7 +480,8 @@ void applyPressure( const State<Dim>& state, const NodeRows& rows,
     const Real cell_volume = state.grid.cellVolume();
     const Real own = 1 - blend;
     rows.forEach(
-        "Machpoint::applyPressure", KOKKOS_LAMBDA( const int i ) {
+        "Machpoint::applyPressure",
+        KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
             auto pressure = [&]( const int row, const int a ) {
                 return row < 0 ? 0.0_rt
                                : stress( row, a ) * inverse_filling( row, a );

@@ -193,15 +193,14 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const Real returned = parts.loss_return ? 1.0_rt : 0.0_rt;
     const Real kd = parts.volume_relaxation;
     const Real ks = parts.particle_shifting;
-    const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::gatherParticles", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachStencil<Basis>(
+        "Machpoint::gatherParticles", state,
+        KOKKOS_LAMBDA( const Pack p,
+                       const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
             const auto old_x = loadVector<Dim>( x, p );
             const auto old_v = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
-            const Stencil<Basis, Dim, Lanes> s( grid, layout, old_x );
             Gathered<Basis, Dim, Lanes> g;
             g.template gather<Rearranges>( grid, layout, s, velocities, faces,
                                            old_v, affine );

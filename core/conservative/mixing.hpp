@@ -144,9 +144,9 @@ void depositCellPressure( const State<Dim>& state, const Sums& sums )
     const auto grid = state.grid;
     const auto layout = state.layout;
     const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::cellPressure", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "Machpoint::cellPressure", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const auto cells = sums.access();
             const Stencil<Basis, Dim, Lanes> s( grid, layout,
                                                 loadVector<Dim>( of.x, p ) );
@@ -176,9 +176,9 @@ void depositTargetPressure( const State<Dim>& state, const NodeView& means,
     const auto grid = state.grid;
     const auto layout = state.layout;
     const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::targetPressure", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "Machpoint::targetPressure", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const auto cells = sums.access();
             const VolumeExchange<Basis, Dim> own( of, grid, layout, means, eta,
                                                   p );
@@ -240,9 +240,9 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
         } );
 
     const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::exchangeVolume", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "Machpoint::exchangeVolume", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const VolumeExchange<Basis, Dim> own( of, grid, layout, means, eta,
                                                   p );
             const Lanes zero( 0.0 );
@@ -296,17 +296,17 @@ void depositHeat( const State<Dim>& state, const Share& share,
     const auto grid = state.grid;
     const auto layout = state.layout;
     const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::sharedHeat", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "Machpoint::sharedHeat", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const Lanes part = share( p );
             if ( !any( Lanes( 0.0 ) < part ) )
                 return;
+            const Stencil<Basis, Dim, Lanes> s( grid, layout,
+                                                loadVector<Dim>( x, p ) );
             const auto nodes = sums.access();
             const Lanes mass = load( m, p ) * part;
             const Lanes heat = mass * load( e, p );
-            const Stencil<Basis, Dim, Lanes> s( grid, layout,
-                                                loadVector<Dim>( x, p ) );
             forEachNode( s, layout,
                          [&]( const auto& i ) MACHPOINT_INLINE
                          {
@@ -342,9 +342,9 @@ void mixHeat( const State<Dim>& state, NodeSum& heat, const Real ck )
                   { depositHeat<Basis>( state, share, nodes ); } );
     heat.foldAndFill( state.halo, components );
     const int n = state.particles.size();
-    Kokkos::parallel_for(
-        "Machpoint::mixHeat", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "Machpoint::mixHeat", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const Lanes part = share( p );
             const Lanes zero( 0.0 );
             if ( !any( zero < part ) )

@@ -100,9 +100,9 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const int n = state.particles.size();
     const RowList& found = state.noted;
     state.noted.clear( n );
-    Kokkos::parallel_for(
-        "Machpoint::trackStretch", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "Machpoint::trackStretch", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             if ( Dim > 1 ) // in 1D volume is all that changes
             {
                 Lanes mean( 0.0 );
