@@ -99,9 +99,8 @@ Kokkos::View<Real**, Kokkos::HostSpace> results()
     for ( int which = 0; which < operations; ++which )
     {
         if ( Together )
-            Kokkos::parallel_for(
-                "together", packs( n ), KOKKOS_LAMBDA( const int k ) {
-                    const Pack p = Pack::of( k, n );
+            forEachPack(
+                "together", n, KOKKOS_LAMBDA( const Pack p ) {
                     store( result,
                            operate( which, load( x, p, 0 ), load( x, p, 1 ),
                                     load( y, p ) ),
@@ -133,6 +132,28 @@ TEST( Lanes, operateLikeSingleNumbers )
                 << "operation " << which << ", particle " << p;
 }
 
+//! How often a loop of `count` turns takes each, and one beyond the last.
+IndexList::HostMirror turnsOf( const int count )
+{
+    const IndexList taken( "taken", count + 1 );
+    forEach(
+        "take", count,
+        KOKKOS_LAMBDA( const int i ) { Kokkos::atomic_inc( &taken( i ) ); } );
+    return Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), taken );
+}
+
+// Fewer turns than threads, or a number that they cannot share evenly.
+TEST( ForEach, takesEveryTurnOnce )
+{
+    for ( const int count : { 0, 1, 2, 3, 7, 1001 } )
+    {
+        const auto taken = turnsOf( count );
+        for ( int i = 0; i < count; ++i )
+            EXPECT_EQ( taken( i ), 1 ) << "turn " << i << " of " << count;
+        EXPECT_EQ( taken( count ), 0 );
+    }
+}
+
 //! Largest and smallest y of all packs, and how many particles they have.
 Kokkos::Array<Real, 3> extremes()
 {
@@ -140,7 +161,7 @@ Kokkos::Array<Real, 3> extremes()
     const auto y = Cabana::slice<1>( numbers );
     Real most = 0, least = 0, count = 0;
     Kokkos::parallel_reduce(
-        "extremes", packs( n ),
+        "extremes", Range( 0, countPacks( n ) ),
         KOKKOS_LAMBDA( const int k, Real& max, Real& min, Real& sum ) {
             const Pack p = Pack::of( k, n );
             const auto inside = active( p );
@@ -175,9 +196,8 @@ Kokkos::View<Real**, Kokkos::LayoutRight, Kokkos::HostSpace> sumOfColumns()
     const NodeScatter scatter( field );
     scatter.clear();
     if ( Together )
-        Kokkos::parallel_for(
-            "together", packs( n ), KOKKOS_LAMBDA( const int k ) {
-                const Pack p = Pack::of( k, n );
+        forEachPack(
+            "together", n, KOKKOS_LAMBDA( const Pack p ) {
                 const Lanes first = Kokkos::floor( load( y, p ) * 0.9_rt );
                 Bases<Lanes> base{};
                 advance( base, clip( first, Lanes( 0.0 ), Lanes( 4.0 ) ), 1 );
@@ -238,9 +258,8 @@ Kokkos::View<Real*, Kokkos::HostSpace> readNodes()
     Kokkos::parallel_for(
         "nodes", Range( 0, n ),
         KOKKOS_LAMBDA( const int i ) { field( i, 1 ) = 10 + i; } );
-    Kokkos::parallel_for(
-        "read", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "read", n, KOKKOS_LAMBDA( const Pack p ) {
             Bases<Lanes> base{};
             advance( base,
                      Kokkos::floor(
@@ -275,9 +294,8 @@ AoSoA storeNumbers( const bool streams )
     const auto y = Cabana::slice<1>( numbers );
     const Written new_x{ Cabana::slice<0>( stored ), streams };
     const Written new_y{ Cabana::slice<1>( stored ), streams };
-    Kokkos::parallel_for(
-        "store", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "store", n, KOKKOS_LAMBDA( const Pack p ) {
             for ( int d = 0; d < 2; ++d )
                 store( new_x, load( x, p, d ), p, d );
             store( new_y, load( y, p ), p );
@@ -322,9 +340,8 @@ Kokkos::View<int*, Kokkos::HostSpace> wrongColumns( const int first )
                 field( i, c ) = 100 * i + static_cast<Real>( c );
         } );
     const IndexList wrong( "wrong", n );
-    Kokkos::parallel_for(
-        "read", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "read", n, KOKKOS_LAMBDA( const Pack p ) {
             const Lanes node = Kokkos::floor(
                 clip( load( y, p ), Lanes( 0.0 ), Lanes( n - 2.0 ) ) );
             Bases<Lanes> base{};

@@ -135,9 +135,8 @@ void noteLight( const RowList& list, const Particles<2>& particles,
 {
     const auto mass = particles.slice<Mass>();
     const int n = particles.size();
-    Kokkos::parallel_for(
-        "noteLight", packs( n ), KOKKOS_LAMBDA( const int k ) {
-            const Pack p = Pack::of( k, n );
+    forEachPack(
+        "noteLight", n, KOKKOS_LAMBDA( const Pack p ) {
             list.note( p, active( p ) && load( mass, p ) < Lanes( most ) );
         } );
 }

@@ -237,9 +237,9 @@ NodeView::HostMirror sumOfTerms( const State<Dim>& state )
         state.particles.template slice<Mass>(), state.grid, state.layout };
     scatter.clear();
     if ( Together )
-        Kokkos::parallel_for(
-            "together", packs( n ), KOKKOS_LAMBDA( const int k ) {
-                some.add( scatter.access(), Pack::of( k, n ) );
+        forEachPack(
+            "together", n, KOKKOS_LAMBDA( const Pack p ) {
+                some.add( scatter.access(), p );
             } );
     else
         Kokkos::parallel_for(
