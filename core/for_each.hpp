@@ -22,6 +22,12 @@ namespace Machpoint
 template <class Captured>
 using Own = std::conditional_t<runs_on_host, const Captured, const Captured&>;
 
+//! Turns of each of some threads: thread t takes those from t times as many on.
+inline int shareOf( const int count, const int threads )
+{
+    return threads > 0 ? ( count + threads - 1 ) / threads : 0;
+}
+
 namespace Impl
 {
 template <class Turns>
@@ -67,9 +73,9 @@ template <class Turns>
 void forEachShare( const char* label, const int count, const Turns& turns )
 {
     const int threads = runs_on_host ? ExecutionSpace().concurrency() : count;
-    const int share = threads > 0 ? ( count + threads - 1 ) / threads : 0;
-    Kokkos::parallel_for( label, Range( 0, threads ),
-                          Impl::Shares<Turns>{ turns, count, share } );
+    Kokkos::parallel_for(
+        label, Range( 0, threads ),
+        Impl::Shares<Turns>{ turns, count, shareOf( count, threads ) } );
 }
 
 //! Calls body( i ) for i from 0 to count - 1, in parallel.

@@ -54,22 +54,21 @@ void momentumToGrid( const State<Dim>& state, const Sums& sums )
     const auto v = state.particles.template slice<Velocity>();
     const auto m = state.particles.template slice<Mass>();
     const auto layout = state.layout;
-    forEachStencil<Basis>(
-        "Machpoint::momentumToGrid", state,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
-            MACHPOINT_INLINE {
-                const auto nodes = sums.access();
-                const auto u = loadVector<Dim>( v, p );
-                const Lanes mass = load( m, p );
-                forEachNode( s, layout,
-                             [&]( const auto& i ) MACHPOINT_INLINE
-                             {
-                                 Lanes momentum[Dim];
-                                 for ( int d = 0; d < Dim; ++d )
-                                     momentum[d] = mass * i.weight * u[d];
-                                 addColumns( nodes, p, i.row, 0, momentum );
-                             } );
-            } );
+    forEachDeposit<Basis>(
+        "Machpoint::momentumToGrid", state, sums,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                       const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+            const auto u = loadVector<Dim>( v, p );
+            const Lanes mass = load( m, p );
+            forEachNode( s, layout,
+                         [&]( const auto& i ) MACHPOINT_INLINE
+                         {
+                             Lanes momentum[Dim];
+                             for ( int d = 0; d < Dim; ++d )
+                                 momentum[d] = mass * i.weight * u[d];
+                             addColumns( nodes, p, i.row, 0, momentum );
+                         } );
+        } );
 }
 
 //! Line 8: momentum becomes velocity, in place. \param velocity [nodes][Dim]

@@ -56,6 +56,7 @@ struct State
     Grid<Dim> grid; //!< the whole domain
     Decomposition<Dim> decomposition;
     NodeLayout<Dim> layout; //!< this rank's nodes
+    NodeSeams seams;        //!< which of them are a thread's own
     Halo<Dim> halo;
     Particles<Dim> particles;
     Nodes<Dim> nodes;
@@ -93,7 +94,7 @@ NodeSum makeNodeSum( const std::string& label, const State<Dim>& state,
 {
     const int stored = state.reproducible ? columns : paddedColumns( columns );
     return { NodeView( label, state.layout.total, stored ),
-             state.decomposition.comm(), state.reproducible };
+             state.decomposition.comm(), state.reproducible, state.seams };
 }
 
 //! A velocity on the nodes, as a boundary sees it.

@@ -10,6 +10,8 @@
 #include <core/lanes.hpp>
 
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -18,25 +20,103 @@ namespace Machpoint
 {
 
 /*!
-  \brief Sums that many particles add to one node: in a copy of the nodes for
-  each thread of a CPU, atomic on a GPU.
+  \brief Which rows of the node fields each thread of a CPU adds to alone: those
+  from its own first row to the next thread's.
+
+  Any ascending rows are right. Where they are those of the threads' own
+  particles, nearly all sums go straight to the field (NodeScatter). Without
+  rows all belong to the last thread.
+*/
+class NodeSeams
+{
+  public:
+    //! Are there threads, each with its rows?
+    static constexpr bool has_threads = runs_on_host;
+    //! Tells a thread's number in a kernel.
+    using Token = Kokkos::Experimental::UniqueToken<
+        ExecutionSpace, Kokkos::Experimental::UniqueTokenScope::Global>;
+
+    NodeSeams()
+        : _first( "Machpoint::seams", has_threads ? Token().size() + 1 : 0 )
+    {
+        if ( has_threads )
+            _first( threads() ) = std::numeric_limits<int>::max();
+    }
+
+    int threads() const { return has_threads ? _first.extent_int( 0 ) - 1 : 1; }
+    //! Thread 0 begins with row 0. \param thread from 1 on \param row at
+    //! least that of the thread before
+    void set( const int thread, const int row ) const
+    {
+        _first( thread ) = row;
+    }
+
+    //! First row of a thread; of `threads()`, one beyond all rows.
+    int operator()( const int thread ) const { return _first( thread ); }
+
+  private:
+    Kokkos::View<int*, Kokkos::HostSpace> _first;
+};
+
+//! The rows of a stencil of Dim axes, seen from its first row.
+template <int Dim>
+struct StencilRows
+{
+    int nodes;           //!< along each axis
+    Indices<Dim> stride; //!< distance of neighbours in memory [Dim]
+
+    //! From the first row to the last one.
+    KOKKOS_FORCEINLINE_FUNCTION int last() const
+    {
+        int rows = 0;
+        for ( int d = 0; d < Dim; ++d )
+            rows += ( nodes - 1 ) * stride[d];
+        return rows;
+    }
+    //! Calls visit( row ) with the first row of every line of nodes.
+    template <class Visitor>
+    void forEachLine( const Visitor& visit ) const
+    {
+        for ( int k = 0; k < ( Dim > 2 ? nodes : 1 ); ++k )
+            for ( int j = 0; j < ( Dim > 1 ? nodes : 1 ); ++j )
+            {
+                int row = 0;
+                if constexpr ( Dim > 1 )
+                    row += j * stride[1];
+                if constexpr ( Dim > 2 )
+                    row += k * stride[2];
+                visit( row );
+            }
+    }
+};
+
+/*!
+  \brief Sums that many particles add to one node, atomic on a GPU.
+
+  On a CPU a thread adds to the field itself where all that a particle, or pack,
+  sees are rows that are the thread's own, and else to a copy of the nodes.
+  Copies are made and added up block by block, where they are needed.
 */
 class NodeScatter
 {
-    using Token = Kokkos::Experimental::UniqueToken<
-        ExecutionSpace, Kokkos::Experimental::UniqueTokenScope::Global>;
-    static constexpr bool has_copies =
-        Kokkos::SpaceAccessibility<Kokkos::HostSpace, MemorySpace>::accessible;
+    static constexpr bool has_copies = NodeSeams::has_threads;
+    static constexpr int log2_block = 6;
+    static constexpr int block_rows = 1 << log2_block;
 
   public:
-    //! \param sums [nodes][columns], which the first thread adds to itself
-    explicit NodeScatter( const NodeView& sums ) : _sums( sums )
+    //! \param sums [nodes][columns] \param seams the threads' rows
+    explicit NodeScatter( const NodeView& sums, const NodeSeams& seams = {} )
+        : _sums( sums ), _seams( seams )
     {
-        const int threads = has_copies ? Token().size() : 1;
-        if ( threads > 1 )
-            _copies = Kokkos::View<Real***, Kokkos::LayoutRight, MemorySpace>(
-                "Machpoint::copiesOfNodes", threads - 1, sums.extent( 0 ),
-                sums.extent( 1 ) );
+        const int threads = seams.threads();
+        if ( threads == 1 )
+            return;
+        _copies = Kokkos::View<Real***, Kokkos::LayoutRight, MemorySpace>(
+            Kokkos::view_alloc( "Machpoint::copiesOfNodes",
+                                Kokkos::WithoutInitializing ),
+            threads, blocks() * block_rows, sums.extent( 1 ) );
+        _used = Kokkos::View<unsigned char**, Kokkos::LayoutRight, MemorySpace>(
+            "Machpoint::usedBlocks", threads, blocks() );
     }
 
     //! One number, to be added to.
@@ -51,7 +131,7 @@ class NodeScatter
                 Kokkos::atomic_add( &sum, term );
         }
     };
-    //! The nodes of one thread.
+    //! The nodes that a particle, or pack, adds to.
     struct Access
     {
         Real* sums;
@@ -67,62 +147,168 @@ class NodeScatter
             return { row( i )[column] };
         }
     };
-    KOKKOS_FORCEINLINE_FUNCTION Access access() const
+    //! What a thread needs to know, found out once for all that it adds.
+    struct Thread
     {
-        const int columns = static_cast<int>( _sums.extent( 1 ) );
+        Real* sums;
+        int columns;
+        int first = 0, end = 0;        //!< its own rows
+        Real* copy = nullptr;          //!< [rows][columns]
+        unsigned char* used = nullptr; //!< is a block of the copy? [blocks]
+
+        //! \param base first row of the stencil, or those of a pack
+        //! \param rows of the stencil; no others may be added to
+        template <class Base, int Dim>
+        KOKKOS_FORCEINLINE_FUNCTION Access
+        access( const Base& base, const StencilRows<Dim>& rows ) const
+        {
+            if constexpr ( has_copies )
+                if ( copy && !isWithin( base, first, end - rows.last() ) )
+                {
+                    prepareCopy( base, rows );
+                    return { copy, columns };
+                }
+            return { sums, columns };
+        }
+
+      private:
+        //! Blocks for the stencils; seldom.
+        template <class Base, int Dim>
+        [[gnu::noinline]] void prepareCopy( const Base& base,
+                                            const StencilRows<Dim>& rows ) const
+        {
+            auto use = [&]( const int row )
+            {
+                const int b = row >> log2_block;
+                if ( used[b] )
+                    return;
+                used[b] = 1;
+                // All of it, as the copy has whole blocks.
+                const std::size_t size =
+                    static_cast<std::size_t>( block_rows ) * columns;
+                std::memset( copy + b * size, 0, size * sizeof( Real ) );
+            };
+            auto use_stencil = [&]( const int first_row )
+            {
+                rows.forEachLine(
+                    [&]( const int line )
+                    {
+                        use( first_row + line );
+                        use( first_row + line + rows.nodes - 1 );
+                    } );
+            };
+            forEachBase( base, use_stencil );
+        }
+    };
+    //! In a kernel: the thread that runs it.
+    KOKKOS_FORCEINLINE_FUNCTION Thread thread() const
+    {
+        Thread own{ _sums.data(), static_cast<int>( _sums.extent( 1 ) ) };
         if constexpr ( has_copies )
             if ( _copies.extent( 0 ) > 0 )
             {
-                const int thread = _token.acquire();
-                _token.release( thread );
-                if ( thread > 0 )
-                    return { &_copies( thread - 1, 0, 0 ), columns };
+                const int number = _token.acquire();
+                _token.release( number );
+                own.first = _seams( number );
+                own.end = _seams( number + 1 );
+                own.copy = &_copies( number, 0, 0 );
+                own.used = &_used( number, 0 );
             }
-        return { _sums.data(), columns };
+        return own;
     }
 
     //! Sets all sums to zero.
-    void clear() const { Kokkos::deep_copy( ExecutionSpace(), _sums, 0.0 ); }
+    void clear() const
+    {
+        if constexpr ( runs_on_host ) // Kokkos takes one thread for it
+            forEachShare( "Machpoint::clearSums", static_cast<int>( blocks() ),
+                          ClearBlocks{ _sums } );
+        else
+            Kokkos::deep_copy( ExecutionSpace(), _sums, 0.0 );
+    }
 
-    //! Adds up what the threads have, and leaves their copies at zero.
-    //! Particles in order keep a thread to a part of the nodes, so most of a
-    //! copy is.
+    //! Adds up what the threads have in their copies.
     void contribute() const
     {
         const int threads = static_cast<int>( _copies.extent( 0 ) );
         if ( threads == 0 )
             return;
-        constexpr std::size_t block = 8; // a line of the cache
-        const std::size_t n = _sums.size();
-        Real* const copies = _copies.data();
-        Real* const sums = _sums.data();
-        Kokkos::parallel_for(
-            "Machpoint::sumOfThreads",
-            Range( 0, static_cast<int>( ( n + block - 1 ) / block ) ),
+        const auto sums = _sums;
+        const auto copies = _copies;
+        const auto used = _used;
+        forEach(
+            "Machpoint::sumOfThreads", static_cast<int>( blocks() ),
             KOKKOS_LAMBDA( const int b ) {
-                const std::size_t first = b * block;
-                const std::size_t count = Kokkos::min( block, n - first );
                 for ( int t = 0; t < threads; ++t )
                 {
-                    Real* const copy = copies + t * n + first;
-                    bool is_used = false;
-                    for ( std::size_t k = 0; k < count; ++k )
-                        is_used |= copy[k] != 0;
-                    if ( !is_used )
+                    if ( !used( t, b ) )
                         continue;
+                    used( t, b ) = 0;
+                    const std::size_t count = numbersOf( sums, b );
+                    Real* const sum = &sums( b * block_rows, 0 );
+                    const Real* const copy = &copies( t, b * block_rows, 0 );
                     for ( std::size_t k = 0; k < count; ++k )
-                    {
-                        sums[first + k] += copy[k];
-                        copy[k] = 0;
-                    }
+                        sum[k] += copy[k];
                 }
             } );
     }
 
   private:
+    std::size_t blocks() const
+    {
+        return ( _sums.extent( 0 ) + block_rows - 1 ) / block_rows;
+    }
+    //! Numbers in block b of a field.
+    KOKKOS_FORCEINLINE_FUNCTION static std::size_t
+    numbersOf( const NodeView& sums, const int b )
+    {
+        const std::size_t first = static_cast<std::size_t>( b ) * block_rows;
+        const std::size_t rest = sums.extent( 0 ) - first;
+        return ( rest < block_rows ? rest : block_rows ) * sums.extent( 1 );
+    }
+    struct ClearBlocks
+    {
+        NodeView sums;
+        KOKKOS_FUNCTION void operator()( const int first, const int last ) const
+        {
+            for ( int b = first; b < last; ++b )
+                std::memset( &sums( b * block_rows, 0 ), 0,
+                             numbersOf( sums, b ) * sizeof( Real ) );
+        }
+    };
+
+    //! Calls visit with the first row of each particle's stencil.
+    template <class Visitor>
+    KOKKOS_FORCEINLINE_FUNCTION static void forEachBase( const int base,
+                                                         const Visitor& visit )
+    {
+        visit( base );
+    }
+#ifdef MACHPOINT_HAS_LANES
+    template <class Visitor>
+    KOKKOS_FORCEINLINE_FUNCTION static void forEachBase( const LaneBases& bases,
+                                                         const Visitor& visit )
+    {
+        for ( int l = 0; l < lane_count; ++l )
+            visit( bases.row[l] );
+    }
+#endif
+    //! Are all from `first` on, and before `end`?
+    template <class Base>
+    KOKKOS_FORCEINLINE_FUNCTION static bool
+    isWithin( const Base& base, const int first, const int end )
+    {
+        int outside = 0;
+        forEachBase( base, [&]( const int row )
+                     { outside |= ( row < first ) | ( row >= end ); } );
+        return outside == 0;
+    }
+
     NodeView _sums;
+    NodeSeams _seams;
     Kokkos::View<Real***, Kokkos::LayoutRight, MemorySpace> _copies;
-    Token _token;
+    Kokkos::View<unsigned char**, Kokkos::LayoutRight, MemorySpace> _used;
+    NodeSeams::Token _token;
 };
 
 //! Most columns that a reproducible sum can have.
@@ -152,10 +338,9 @@ struct RoundedTerms
     //! Magnitude [most_columns], of the first pass; else null.
     Kokkos::View<Real*, MemorySpace> largest{};
 
-    using PartAccess = decltype( std::declval<const NodeScatter&>().access() );
     struct Access
     {
-        PartAccess parts;
+        NodeScatter::Access parts;
         PerColumn hi, lo;
         Real* largest;
         mutable PerColumn own{};
@@ -196,9 +381,22 @@ struct RoundedTerms
                     Kokkos::atomic_max( largest + c, own[c] );
         }
     };
-    KOKKOS_FORCEINLINE_FUNCTION Access access() const
+    struct Thread
     {
-        return { parts.access(), hi, lo, largest.data() };
+        NodeScatter::Thread parts;
+        PerColumn hi, lo;
+        Real* largest;
+
+        template <class Base, int Dim>
+        KOKKOS_FORCEINLINE_FUNCTION Access
+        access( const Base& base, const StencilRows<Dim>& rows ) const
+        {
+            return { parts.access( base, rows ), hi, lo, largest };
+        }
+    };
+    KOKKOS_FORCEINLINE_FUNCTION Thread thread() const
+    {
+        return { parts.thread(), hi, lo, largest.data() };
     }
 
     /*!
@@ -367,9 +565,10 @@ class NodeSum
     //! \param field [nodes][columns]
     //! \param comm the ranks that share the sum
     //! \param reproducible the same bits for any order of the terms
+    //! \param seams the threads' rows
     NodeSum( const NodeView& field, const Communicator& comm,
-             const bool reproducible )
-        : _field( field ), _sums( field ), _comm( comm ),
+             const bool reproducible, const NodeSeams& seams = {} )
+        : _field( field ), _sums( field ), _seams( seams ), _comm( comm ),
           _reproducible( reproducible )
     {
         if ( !reproducible )
@@ -387,15 +586,15 @@ class NodeSum
 
     /*!
       \brief Clears the field and adds the terms of kernels to it.
-      \param kernels called with a scatter whose access()( row, column ) takes
-      `+=` on the device; launches kernels that do nothing else, as they may
-      run twice. Collective where the sum is reproducible.
+      \param kernels called with a scatter, for forEachDeposit or, on the
+      device, accessTo; launches kernels that do nothing else, as they may run
+      twice. Collective where the sum is reproducible.
     */
     template <class Kernels>
     void deposit( const Kernels& kernels )
     {
         if ( !_scatter ) // not every sum is deposited in
-            _scatter.emplace( _sums );
+            _scatter.emplace( _sums, _seams );
         _scatter->clear();
         if ( _reproducible )
             kernels( roundedTerms( kernels ) );
@@ -515,6 +714,7 @@ class NodeSum
 
     NodeView _field;
     NodeView _sums; // the field itself, or [nodes][2 columns]
+    NodeSeams _seams;
     std::optional<NodeScatter> _scatter;
     Communicator _comm;
     bool _reproducible = false;

@@ -24,6 +24,21 @@
 namespace Machpoint
 {
 
+//! The nodes of a field that particles add to.
+template <class Sums>
+using NodesOf = typename Sums::Access;
+
+//! They, for the particle or pack of a stencil, which may add to those of the
+//! stencil alone. \param thread a scatter's
+template <class Thread, class Basis, int Dim, class Number>
+KOKKOS_FORCEINLINE_FUNCTION auto accessTo( const Thread& thread,
+                                           const Stencil<Basis, Dim, Number>& s,
+                                           const NodeLayout<Dim>& layout )
+{
+    return thread.access( s.base,
+                          StencilRows<Dim>{ Basis::nodes, layout.stride } );
+}
+
 //! The values of terms, and their slopes along each axis.
 template <class Terms, int Dim, class Number>
 struct Products

@@ -114,8 +114,8 @@ void sampleParticles( const State<Dim>& state, const Sums& sums )
     Kokkos::parallel_for(
         "Machpoint::sampleGrid", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
-            const auto nodes = sums.access();
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const auto nodes = accessTo( sums.thread(), s, layout );
             forEachNode( s, layout,
                          [&]( const auto& i )
                          {

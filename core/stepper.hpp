@@ -543,8 +543,30 @@ class Stepper : public Simulation
                      box ),
             box.totalCells(), 0, state.particles.size() );
         state.particles.permute( bins );
+        setSeams();
         if ( state.reproducible )
             checkCrowding( mostInCell( bins ) );
+    }
+
+    //! Gives each thread the nodes from the first that its particles see.
+    void setSeams()
+    {
+        if constexpr ( NodeSeams::has_threads )
+        {
+            const auto& state = _scene.state;
+            const auto x = state.particles.template slice<Position>();
+            const int n = state.particles.size();
+            const int share =
+                shareOf( countPacks( n ), ExecutionSpace().concurrency() ) *
+                lane_count;
+            for ( int t = 1; t < state.seams.threads(); ++t )
+                state.seams.set(
+                    t, t * share < n
+                           ? Stencil<Basis, Dim>( state.grid, state.layout,
+                                                  get<Dim>( x, t * share ) )
+                                 .base
+                           : state.layout.total );
+        }
     }
 
     //! \throws NumericalFailure where a node has more terms than a reproducible

@@ -57,6 +57,51 @@ void forEachStencil( const char* label, const State<Dim>& state,
                       x, state.grid, state.layout, n, body } );
 }
 
+namespace Impl
+{
+template <class Basis, int Dim, class Positions, class Sums, class Body>
+struct DepositTurns
+{
+    Positions x;
+    Grid<Dim> grid;
+    NodeLayout<Dim> layout;
+    int n;
+    Sums sums;
+    Body body;
+
+    KOKKOS_FORCEINLINE_FUNCTION void operator()( const int first,
+                                                 const int last ) const
+    {
+        Own<Positions> own_x = x;
+        Own<Grid<Dim>> own_grid = grid;
+        Own<NodeLayout<Dim>> own_layout = layout;
+        Own<Body> own_body = body;
+        const int all = n;
+        const auto thread = sums.thread();
+        for ( int k = first; k < last; ++k )
+        {
+            const Pack p = Pack::of( k, all );
+            const Stencil<Basis, Dim, Lanes> s( own_grid, own_layout,
+                                                loadVector<Dim>( own_x, p ) );
+            own_body( p, s, accessTo( thread, s, own_layout ) );
+        }
+    }
+};
+} // namespace Impl
+
+//! Calls body( p, s, nodes ) for the packs of particles, their stencils and the
+//! nodes that they add to. \param sums the scatter of the field
+template <class Basis, int Dim, class Sums, class Body>
+void forEachDeposit( const char* label, const State<Dim>& state,
+                     const Sums& sums, const Body& body )
+{
+    const auto x = state.particles.template slice<Position>();
+    const int n = state.particles.size();
+    forEachShare( label, countPacks( n ),
+                  Impl::DepositTurns<Basis, Dim, decltype( x ), Sums, Body>{
+                      x, state.grid, state.layout, n, sums, body } );
+}
+
 //! Velocity v + C dx of an affine field at a distance dx.
 template <int Dim, class Number>
 KOKKOS_FORCEINLINE_FUNCTION VectorOf<Dim, Number>
@@ -124,23 +169,22 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
     const auto V = state.particles.template slice<Volume>();
     const auto pressure = state.particles.template slice<Pressure>();
     const auto layout = state.layout;
-    forEachStencil<Basis>(
-        "Machpoint::particlesToGrid", state,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
-            MACHPOINT_INLINE {
-                const auto nodes = sums.access();
-                const auto u = loadVector<Dim>( v, p );
-                VectorOf<Dim, Lanes> affine[Dim];
-                loadMatrix<Dim>( C, p, affine );
-                Products<MomentTerms<Dim, Affine>, Dim, Lanes> terms;
-                setMoments<Dim>( terms, load( m, p ), u, affine );
-                const Lanes Vp = load( V, p ) * load( pressure, p );
-                for ( int d = 0; d < Dim; ++d )
-                    terms.value[1 + Dim + d] = Vp;
-                addProducts( nodes, p, s, layout,
-                             OtherWeights<Basis, Dim, Lanes>::derivatives( s ),
-                             terms );
-            } );
+    forEachDeposit<Basis>(
+        "Machpoint::particlesToGrid", state, sums,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                       const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+            const auto u = loadVector<Dim>( v, p );
+            VectorOf<Dim, Lanes> affine[Dim];
+            loadMatrix<Dim>( C, p, affine );
+            Products<MomentTerms<Dim, Affine>, Dim, Lanes> terms;
+            setMoments<Dim>( terms, load( m, p ), u, affine );
+            const Lanes Vp = load( V, p ) * load( pressure, p );
+            for ( int d = 0; d < Dim; ++d )
+                terms.value[1 + Dim + d] = Vp;
+            addProducts( nodes, p, s, layout,
+                         OtherWeights<Basis, Dim, Lanes>::derivatives( s ),
+                         terms );
+        } );
 }
 
 //! v_i = (mv)_i / m_i on nodes; 0 where there is no gas.

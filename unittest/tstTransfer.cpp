@@ -201,8 +201,8 @@ struct SomeTerms
     Grid<Dim> grid;
     NodeLayout<Dim> layout;
 
-    template <class Access, class Particle>
-    KOKKOS_FORCEINLINE_FUNCTION void add( const Access& nodes,
+    template <class Particle>
+    KOKKOS_FORCEINLINE_FUNCTION void add( const NodeScatter& sums,
                                           const Particle p ) const
     {
         using Number = NumberOf<Particle>;
@@ -216,36 +216,41 @@ struct SomeTerms
             for ( int d = 0; d < Dim; ++d )
                 terms.slope[t][d] = mass * ( 3.0_rt - t + 2 * d );
         }
-        addProducts( nodes, p, s, layout,
+        addProducts( accessTo( sums.thread(), s, layout ), p, s, layout,
                      OtherWeights<Basis, Dim, Number>::faces( grid, s ),
                      terms );
     }
 };
 
 //! Terms of all particles: of packs, or of one after the other.
+//! \param times that they are summed; the last one counts
 template <class Terms, class Basis, int Dim, bool Together>
-NodeView::HostMirror sumOfTerms( const State<Dim>& state )
+NodeView::HostMirror sumOfTerms( const State<Dim>& state,
+                                 const NodeSeams& seams = {},
+                                 const int times = 1 )
 {
     const int n = state.particles.size();
     const NodeView field(
         "sums", state.layout.total,
         Terms::column( 0 ) +
             paddedColumns( Products<Terms, Dim, Real>::width ) );
-    const NodeScatter scatter( field );
+    const NodeScatter scatter( field, seams );
     const SomeTerms<Terms, Basis, Dim> some{
         state.particles.template slice<Position>(),
         state.particles.template slice<Mass>(), state.grid, state.layout };
-    scatter.clear();
-    if ( Together )
-        forEachPack(
-            "together", n, KOKKOS_LAMBDA( const Pack p ) {
-                some.add( scatter.access(), p );
-            } );
-    else
-        Kokkos::parallel_for(
-            "alone", Range( 0, n ),
-            KOKKOS_LAMBDA( const int p ) { some.add( scatter.access(), p ); } );
-    scatter.contribute();
+    for ( int k = 0; k < times; ++k )
+    {
+        scatter.clear();
+        if ( Together )
+            forEachPack(
+                "together", n,
+                KOKKOS_LAMBDA( const Pack p ) { some.add( scatter, p ); } );
+        else
+            Kokkos::parallel_for(
+                "alone", Range( 0, n ),
+                KOKKOS_LAMBDA( const int p ) { some.add( scatter, p ); } );
+        scatter.contribute();
+    }
     return copy( field );
 }
 
@@ -263,6 +268,40 @@ void expectSameTerms( const State<Dim>& state )
             largest = std::max( largest, std::abs( alone( i, c ) ) );
         }
     EXPECT_GT( largest, 1e-3 );
+}
+
+// Threads add to rows of their own and to copies of others; wherever their own
+// begin, the sums are the same, also the second time.
+TYPED_TEST( Transfer, sumsDoNotDependOnTheRowsOfThreads )
+{
+    constexpr int Dim = TypeParam::dimension;
+    using Basis = typename TypeParam::basis;
+    using Terms = MomentTerms<Dim, true>;
+    const NodeSeams seams;
+    if ( seams.threads() == 1 )
+        GTEST_SKIP() << "one thread has all rows";
+    const Box<Basis, Dim> box( "periodic" );
+    const auto& state = box.scene.state;
+    const auto expected = sumOfTerms<Terms, Basis, Dim, true>( state );
+    const int total = state.layout.total;
+    for ( const int first : { 0, 1, total / 3, total / 2, total } )
+    {
+        for ( int t = 1; t < seams.threads(); ++t )
+            seams.set( t, first +
+                              ( total - first ) * ( t - 1 ) / seams.threads() );
+        const auto packs =
+            sumOfTerms<Terms, Basis, Dim, true>( state, seams, 2 );
+        const auto single =
+            sumOfTerms<Terms, Basis, Dim, false>( state, seams, 2 );
+        for ( std::size_t i = 0; i < expected.extent( 0 ); ++i )
+            for ( std::size_t c = 0; c < expected.extent( 1 ); ++c )
+            {
+                EXPECT_NEAR( packs( i, c ), expected( i, c ),
+                             tolerance( 1e-13 ) );
+                EXPECT_NEAR( single( i, c ), expected( i, c ),
+                             tolerance( 1e-13 ) );
+            }
+    }
 }
 
 // Particles of a pack add what they add one by one, in the columns of their

@@ -182,16 +182,16 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto images = state.images;
-    forEachStencil<Basis>(
-        "Machpoint::depositParticles", state,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
-            MACHPOINT_INLINE {
-                VectorOf<Dim, Lanes> affine[Dim];
-                loadMatrix<Dim>( C, p, affine );
-                depositMoments<Basis, Dim>( sums.access(), grid, layout, s, p,
-                                            load( m, p ), load( V, p ),
-                                            loadVector<Dim>( v, p ), affine );
-            } );
+    forEachDeposit<Basis>(
+        "Machpoint::depositParticles", state, sums,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                       const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+            VectorOf<Dim, Lanes> affine[Dim];
+            loadMatrix<Dim>( C, p, affine );
+            depositMoments<Basis, Dim>( nodes, grid, layout, s, p, load( m, p ),
+                                        load( V, p ), loadVector<Dim>( v, p ),
+                                        affine );
+        } );
     if ( images.count > 0 )
         Kokkos::parallel_for(
             "Machpoint::depositImages", Range( 0, images.count ),
@@ -204,9 +204,9 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
                 loadMatrix<Dim>( C, p, affine );
                 mirrorAffine<Dim>( mirror, affine );
                 depositMoments<Basis, Dim>(
-                    sums.access(), grid, layout, s, p, load( m, p ),
-                    load( V, p ), mirror.direction( get<Dim>( v, p ) ),
-                    affine );
+                    accessTo( sums.thread(), s, layout ), grid, layout, s, p,
+                    load( m, p ), load( V, p ),
+                    mirror.direction( get<Dim>( v, p ) ), affine );
             } );
 }
 
@@ -437,14 +437,14 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
     const auto images = state.images;
     const Real scale = kb * grid.minSpacing();
     const BlendSource mixed{ m, c, divergence, limiter, scale };
-    forEachStencil<Basis>(
-        "Machpoint::depositStress", state,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
-            MACHPOINT_INLINE {
-                const Lanes Vp = load( V, p ) * load( pressure, p );
-                depositStress<Blends>( sums.access(), grid, layout, s, p, Vp,
-                                       Blends ? mixed( p ) : Lanes( 0.0 ) );
-            } );
+    forEachDeposit<Basis>(
+        "Machpoint::depositStress", state, sums,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                       const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+            const Lanes Vp = load( V, p ) * load( pressure, p );
+            depositStress<Blends>( nodes, grid, layout, s, p, Vp,
+                                   Blends ? mixed( p ) : Lanes( 0.0 ) );
+        } );
     if ( images.count > 0 )
         Kokkos::parallel_for(
             "Machpoint::depositImageStress", Range( 0, images.count ),
@@ -453,9 +453,9 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
                 const Stencil<Basis, Dim> s(
                     grid, layout,
                     images.mirror( k ).point( get<Dim>( x, p ) ) );
-                depositStress<Blends>( sums.access(), grid, layout, s, p,
-                                       V( p ) * pressure( p ),
-                                       Blends ? mixed( p ) : 0.0_rt );
+                depositStress<Blends>(
+                    accessTo( sums.thread(), s, layout ), grid, layout, s, p,
+                    V( p ) * pressure( p ), Blends ? mixed( p ) : 0.0_rt );
             } );
 }
 

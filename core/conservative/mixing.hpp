@@ -87,7 +87,6 @@ struct CellPressure
 template <class Basis, int Dim>
 struct VolumeExchange
 {
-    Stencil<Basis, Dim, Lanes> stencil;
     HalfwayWeights<Basis, Dim, Lanes> halfway;
     CellPressure<Basis, Dim> around;
     Lanes pressure;
@@ -97,10 +96,10 @@ struct VolumeExchange
     template <class Slices>
     KOKKOS_FORCEINLINE_FUNCTION
     VolumeExchange( const Slices& particles, const Grid<Dim>& grid,
-                    const NodeLayout<Dim>& layout, const NodeView& means,
-                    const Real eta, const Pack p )
-        : stencil( grid, layout, loadVector<Dim>( particles.x, p ) ),
-          halfway( grid, stencil ),
+                    const NodeLayout<Dim>& layout,
+                    const Stencil<Basis, Dim, Lanes>& stencil,
+                    const NodeView& means, const Real eta, const Pack p )
+        : halfway( grid, stencil ),
           around( grid, layout, stencil, halfway, means,
                   load( particles.pressure, p ) ),
           pressure( load( particles.pressure, p ) )
@@ -143,13 +142,10 @@ void depositCellPressure( const State<Dim>& state, const Sums& sums )
     const auto of = exchangeSlices( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
-    const int n = state.particles.size();
-    forEachPack(
-        "Machpoint::cellPressure", n,
-        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-            const auto cells = sums.access();
-            const Stencil<Basis, Dim, Lanes> s( grid, layout,
-                                                loadVector<Dim>( of.x, p ) );
+    forEachDeposit<Basis>(
+        "Machpoint::cellPressure", state, sums,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                       const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
             const HalfwayWeights<Basis, Dim, Lanes> halfway( grid, s );
             const Lanes V = load( of.V, p );
             const Lanes Vp = V * load( of.pressure, p );
@@ -175,15 +171,14 @@ void depositTargetPressure( const State<Dim>& state, const NodeView& means,
     const auto of = exchangeSlices( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
-    const int n = state.particles.size();
-    forEachPack(
-        "Machpoint::targetPressure", n,
-        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-            const auto cells = sums.access();
-            const VolumeExchange<Basis, Dim> own( of, grid, layout, means, eta,
-                                                  p );
+    forEachDeposit<Basis>(
+        "Machpoint::targetPressure", state, sums,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                       const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
+            const VolumeExchange<Basis, Dim> own( of, grid, layout, s, means,
+                                                  eta, p );
             forEachCell(
-                grid, own.stencil, own.halfway, layout,
+                grid, s, own.halfway, layout,
                 [&]( const auto& cell ) MACHPOINT_INLINE
                 {
                     const Lanes weight = own.K * cell.weight;
@@ -239,16 +234,16 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
                 sums( i, 0 ) > 0 ? sums( i, 1 ) / sums( i, 0 ) : 0.0_rt;
         } );
 
-    const int n = state.particles.size();
-    forEachPack(
-        "Machpoint::exchangeVolume", n,
-        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-            const VolumeExchange<Basis, Dim> own( of, grid, layout, means, eta,
-                                                  p );
+    forEachStencil<Basis>(
+        "Machpoint::exchangeVolume", state,
+        KOKKOS_LAMBDA( const Pack p,
+                       const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
+            const VolumeExchange<Basis, Dim> own( of, grid, layout, s, means,
+                                                  eta, p );
             const Lanes zero( 0.0 );
             Lanes volume = zero;
             Lanes work = zero;
-            forEachCell( grid, own.stencil, own.halfway, layout,
+            forEachCell( grid, s, own.halfway, layout,
                          [&]( const auto& cell ) MACHPOINT_INLINE
                          {
                              const Lanes target = at( sums, cell.row, 1 );
@@ -304,7 +299,7 @@ void depositHeat( const State<Dim>& state, const Share& share,
                 return;
             const Stencil<Basis, Dim, Lanes> s( grid, layout,
                                                 loadVector<Dim>( x, p ) );
-            const auto nodes = sums.access();
+            const auto nodes = accessTo( sums.thread(), s, layout );
             const Lanes mass = load( m, p ) * part;
             const Lanes heat = mass * load( e, p );
             forEachNode( s, layout,
