@@ -21,6 +21,14 @@
 namespace Machpoint::Avx512
 {
 
+//! Has the processor more than microcode for gathers? AMD's Zen 4 waits for
+//! them longer than for eight loads.
+#if defined( __znver3__ ) || defined( __znver4__ ) || defined( __znver5__ )
+inline constexpr bool gathers_fast = false;
+#else
+inline constexpr bool gathers_fast = true;
+#endif
+
 //! Where eight nodes start.
 KOKKOS_FORCEINLINE_FUNCTION __m512i starts( const int* const row,
                                             const std::size_t columns )
@@ -51,6 +59,21 @@ KOKKOS_FORCEINLINE_FUNCTION __m512d gather( const double* const first,
                                             const int* const row,
                                             const std::size_t columns )
 {
+    if constexpr ( !gathers_fast )
+    {
+        auto two = [&]( const int l )
+        {
+            return _mm_loadh_pd( _mm_load_sd( first + row[l] * columns ),
+                                 first + row[l + 1] * columns );
+        };
+        auto four = [&]( const int l )
+        {
+            return _mm256_insertf128_pd( _mm256_castpd128_pd256( two( l ) ),
+                                         two( l + 2 ), 1 );
+        };
+        return _mm512_insertf64x4( _mm512_castpd256_pd512( four( 0 ) ),
+                                   four( 4 ), 1 );
+    }
     return _mm512_i64gather_pd( starts( row, columns ), first,
                                 sizeof( double ) );
 }
