@@ -21,14 +21,6 @@
 namespace Machpoint::Avx512
 {
 
-//! Has the processor more than microcode for gathers? AMD's Zen 4 waits for
-//! them longer than for eight loads.
-#if defined( __znver3__ ) || defined( __znver4__ ) || defined( __znver5__ )
-inline constexpr bool gathers_fast = false;
-#else
-inline constexpr bool gathers_fast = true;
-#endif
-
 //! Where eight nodes start.
 KOKKOS_FORCEINLINE_FUNCTION __m512i starts( const int* const row,
                                             const std::size_t columns )
@@ -59,7 +51,7 @@ KOKKOS_FORCEINLINE_FUNCTION __m512d gather( const double* const first,
                                             const int* const row,
                                             const std::size_t columns )
 {
-    if constexpr ( !gathers_fast )
+    if constexpr ( is_zen ) // whose gathers are microcode
     {
         auto two = [&]( const int l )
         {

@@ -62,6 +62,15 @@ using MemorySpace = typename ExecutionSpace::memory_space;
 inline constexpr bool runs_on_host =
     Kokkos::SpaceAccessibility<Kokkos::HostSpace, MemorySpace>::accessible;
 
+//! Is this built for a Zen of AMD's, where some instructions are better
+//! avoided?
+#if defined( __znver1__ ) || defined( __znver2__ ) || defined( __znver3__ ) || \
+    defined( __znver4__ ) || defined( __znver5__ )
+inline constexpr bool is_zen = true;
+#else
+inline constexpr bool is_zen = false;
+#endif
+
 //! Range of particles or nodes on the build's backend. On CUDA a kernel gets
 //! what it captures as its parameters: Kokkos puts more than 512 bytes of them
 //! into constant memory otherwise, and before that waits for the last kernel
