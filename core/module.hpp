@@ -56,7 +56,8 @@ struct State
     Grid<Dim> grid; //!< the whole domain
     Decomposition<Dim> decomposition;
     NodeLayout<Dim> layout; //!< this rank's nodes
-    NodeSeams seams;        //!< which of them are a thread's own
+    //! Which of them are a thread's own.
+    NodeSeams seams = NodeSeams::make();
     Halo<Dim> halo;
     Particles<Dim> particles;
     Nodes<Dim> nodes;

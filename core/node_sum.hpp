@@ -36,15 +36,27 @@ class NodeSeams
     using Token = Kokkos::Experimental::UniqueToken<
         ExecutionSpace, Kokkos::Experimental::UniqueTokenScope::Global>;
 
-    NodeSeams()
-        : _first( "Machpoint::seams", has_threads ? Token().size() + 1 : 0 )
+    //! None: one thread.
+    NodeSeams() = default;
+    //! For the threads of this build, if there are several.
+    static NodeSeams make()
     {
-        if ( has_threads )
-            _first( threads() ) = std::numeric_limits<int>::max();
+        NodeSeams seams;
+        const int threads = has_threads ? Token().size() : 1;
+        if ( threads == 1 )
+            return seams;
+        seams._first = Kokkos::View<int*, Kokkos::HostSpace>(
+            "Machpoint::seams", threads + 1 );
+        seams.set( threads, std::numeric_limits<int>::max() );
+        return seams;
     }
 
-    int threads() const { return has_threads ? _first.extent_int( 0 ) - 1 : 1; }
-    //! Thread 0 begins with row 0. \param thread from 1 on \param row at
+    int threads() const
+    {
+        return _first.extent( 0 ) > 0 ? _first.extent_int( 0 ) - 1 : 1;
+    }
+    //! Thread 0 begins with row 0, thread `threads()` beyond all.
+    //! \param thread from 1 on \param row at
     //! least that of the thread before
     void set( const int thread, const int row ) const
     {
@@ -105,7 +117,8 @@ class NodeScatter
 
   public:
     //! \param sums [nodes][columns] \param seams the threads' rows
-    explicit NodeScatter( const NodeView& sums, const NodeSeams& seams = {} )
+    explicit NodeScatter( const NodeView& sums,
+                          const NodeSeams& seams = NodeSeams::make() )
         : _sums( sums ), _seams( seams )
     {
         const int threads = seams.threads();
@@ -156,16 +169,18 @@ class NodeScatter
         Real* copy = nullptr;          //!< [rows][columns]
         unsigned char* used = nullptr; //!< is a block of the copy? [blocks]
 
+        //! \param p a particle's row or a pack
         //! \param base first row of the stencil, or those of a pack
         //! \param rows of the stencil; no others may be added to
-        template <class Base, int Dim>
+        template <class Particle, class Base, int Dim>
         KOKKOS_FORCEINLINE_FUNCTION Access
-        access( const Base& base, const StencilRows<Dim>& rows ) const
+        access( const Particle p, const Base& base,
+                const StencilRows<Dim>& rows ) const
         {
             if constexpr ( has_copies )
-                if ( copy && !isWithin( base, first, end - rows.last() ) )
+                if ( copy && !isWithin( p, base, first, end - rows.last() ) )
                 {
-                    prepareCopy( base, rows );
+                    prepareCopy( p, base, rows );
                     return { copy, columns };
                 }
             return { sums, columns };
@@ -173,8 +188,8 @@ class NodeScatter
 
       private:
         //! Blocks for the stencils; seldom.
-        template <class Base, int Dim>
-        [[gnu::noinline]] void prepareCopy( const Base& base,
+        template <class Particle, class Base, int Dim>
+        [[gnu::noinline]] void prepareCopy( const Particle p, const Base& base,
                                             const StencilRows<Dim>& rows ) const
         {
             auto use = [&]( const int row )
@@ -197,7 +212,7 @@ class NodeScatter
                         use( first_row + line + rows.nodes - 1 );
                     } );
             };
-            forEachBase( base, use_stencil );
+            forEachBase( p, base, use_stencil );
         }
     };
     //! In a kernel: the thread that runs it.
@@ -279,27 +294,31 @@ class NodeScatter
 
     //! Calls visit with the first row of each particle's stencil.
     template <class Visitor>
-    KOKKOS_FORCEINLINE_FUNCTION static void forEachBase( const int base,
-                                                         const Visitor& visit )
+    KOKKOS_FORCEINLINE_FUNCTION static void
+    forEachBase( const int, const int base, const Visitor& visit )
     {
         visit( base );
     }
-#ifdef MACHPOINT_HAS_LANES
     template <class Visitor>
-    KOKKOS_FORCEINLINE_FUNCTION static void forEachBase( const LaneBases& bases,
-                                                         const Visitor& visit )
+    KOKKOS_FORCEINLINE_FUNCTION static void
+    forEachBase( const Pack p, const Bases<Lanes>& bases, const Visitor& visit )
     {
-        for ( int l = 0; l < lane_count; ++l )
-            visit( bases.row[l] );
+        if ( p.count == lane_count )
+            for ( int l = 0; l < lane_count; ++l )
+                visit( lane( bases, l ) );
+        else // idle lanes hold anything
+            for ( int l = 0; l < p.count; ++l )
+                visit( lane( bases, l ) );
     }
-#endif
     //! Are all from `first` on, and before `end`?
-    template <class Base>
+    template <class Particle, class Base>
     KOKKOS_FORCEINLINE_FUNCTION static bool
-    isWithin( const Base& base, const int first, const int end )
+    isWithin( const Particle p, const Base& base, const int first,
+              const int end )
     {
         int outside = 0;
-        forEachBase( base, [&]( const int row )
+        forEachBase( p, base,
+                     [&]( const int row )
                      { outside |= ( row < first ) | ( row >= end ); } );
         return outside == 0;
     }
@@ -387,11 +406,12 @@ struct RoundedTerms
         PerColumn hi, lo;
         Real* largest;
 
-        template <class Base, int Dim>
+        template <class Particle, class Base, int Dim>
         KOKKOS_FORCEINLINE_FUNCTION Access
-        access( const Base& base, const StencilRows<Dim>& rows ) const
+        access( const Particle p, const Base& base,
+                const StencilRows<Dim>& rows ) const
         {
-            return { parts.access( base, rows ), hi, lo, largest };
+            return { parts.access( p, base, rows ), hi, lo, largest };
         }
     };
     KOKKOS_FORCEINLINE_FUNCTION Thread thread() const
@@ -567,7 +587,8 @@ class NodeSum
     //! \param reproducible the same bits for any order of the terms
     //! \param seams the threads' rows
     NodeSum( const NodeView& field, const Communicator& comm,
-             const bool reproducible, const NodeSeams& seams = {} )
+             const bool reproducible,
+             const NodeSeams& seams = NodeSeams::make() )
         : _field( field ), _sums( field ), _seams( seams ), _comm( comm ),
           _reproducible( reproducible )
     {

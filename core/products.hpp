@@ -29,13 +29,13 @@ template <class Sums>
 using NodesOf = typename Sums::Access;
 
 //! They, for the particle or pack of a stencil, which may add to those of the
-//! stencil alone. \param thread a scatter's
-template <class Thread, class Basis, int Dim, class Number>
-KOKKOS_FORCEINLINE_FUNCTION auto accessTo( const Thread& thread,
-                                           const Stencil<Basis, Dim, Number>& s,
-                                           const NodeLayout<Dim>& layout )
+//! stencil alone. \param thread a scatter's \param p a particle's row or a pack
+template <class Thread, class Particle, class Basis, int Dim, class Number>
+KOKKOS_FORCEINLINE_FUNCTION auto
+accessTo( const Thread& thread, const Particle p,
+          const Stencil<Basis, Dim, Number>& s, const NodeLayout<Dim>& layout )
 {
-    return thread.access( s.base,
+    return thread.access( p, s.base,
                           StencilRows<Dim>{ Basis::nodes, layout.stride } );
 }
 

@@ -115,7 +115,7 @@ void sampleParticles( const State<Dim>& state, const Sums& sums )
         "Machpoint::sampleGrid", Range( 0, state.particles.size() ),
         KOKKOS_LAMBDA( const int p ) {
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
-            const auto nodes = accessTo( sums.thread(), s, layout );
+            const auto nodes = accessTo( sums.thread(), p, s, layout );
             forEachNode( s, layout,
                          [&]( const auto& i )
                          {

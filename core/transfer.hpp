@@ -83,7 +83,7 @@ struct DepositTurns
             const Pack p = Pack::of( k, all );
             const Stencil<Basis, Dim, Lanes> s( own_grid, own_layout,
                                                 loadVector<Dim>( own_x, p ) );
-            own_body( p, s, accessTo( thread, s, own_layout ) );
+            own_body( p, s, accessTo( thread, p, s, own_layout ) );
         }
     }
 };

@@ -108,8 +108,9 @@ Counts timeLoop( const int sums )
         { "Machpoint::advanceGridVelocity", 20 },
         { "Machpoint::notedRows", 40 },  // who left the domain, who is to go
         { "Machpoint::periodic", 40 } }; // an axis in one pass
-    if ( std::is_same_v<MemorySpace, Kokkos::HostSpace> &&
-         ExecutionSpace().concurrency() > 1 )
+    if ( runs_on_host )
+        counts["Machpoint::clearSums"] = 20 * sums;
+    if ( runs_on_host && ExecutionSpace().concurrency() > 1 )
         counts["Machpoint::sumOfThreads"] = 20 * sums;
     return counts;
 }

@@ -204,9 +204,9 @@ Kokkos::View<Real**, Kokkos::LayoutRight, Kokkos::HostSpace> sumOfColumns()
                 Lanes values[K];
                 for ( int c = 0; c < K; ++c )
                     values[c] = load( y, p ) + c;
-                addColumns(
-                    scatter.thread().access( base, StencilRows<1>{ 2, { 1 } } ),
-                    p, rowAt( base, 1 ), 1, values );
+                addColumns( scatter.thread().access(
+                                p, base, StencilRows<1>{ 2, { 1 } } ),
+                            p, rowAt( base, 1 ), 1, values );
             } );
     else
         Kokkos::parallel_for(
@@ -217,9 +217,9 @@ Kokkos::View<Real**, Kokkos::LayoutRight, Kokkos::HostSpace> sumOfColumns()
                 Real values[K];
                 for ( int c = 0; c < K; ++c )
                     values[c] = y( p ) + c;
-                addColumns(
-                    scatter.thread().access( base, StencilRows<1>{ 2, { 1 } } ),
-                    p, rowAt( base, 1 ), 1, values );
+                addColumns( scatter.thread().access(
+                                p, base, StencilRows<1>{ 2, { 1 } } ),
+                            p, rowAt( base, 1 ), 1, values );
             } );
     scatter.contribute();
     return Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), field );

@@ -172,8 +172,8 @@ void addTerms( const Sums& sums, const TermView& terms, const IndexList& rows )
     Kokkos::parallel_for(
         "addTerms", Range( 0, static_cast<int>( rows.extent( 0 ) ) ),
         KOKKOS_LAMBDA( const int k ) {
-            const auto nodes =
-                sums.thread().access( rows( k ), StencilRows<1>{ 1, { 1 } } );
+            const auto nodes = sums.thread().access(
+                0, rows( k ), StencilRows<1>{ 1, { 1 } } );
             for ( int c = 0; c < 2; ++c )
                 nodes( rows( k ), c ) += terms( k, c );
         } );

@@ -216,7 +216,7 @@ struct SomeTerms
             for ( int d = 0; d < Dim; ++d )
                 terms.slope[t][d] = mass * ( 3.0_rt - t + 2 * d );
         }
-        addProducts( accessTo( sums.thread(), s, layout ), p, s, layout,
+        addProducts( accessTo( sums.thread(), p, s, layout ), p, s, layout,
                      OtherWeights<Basis, Dim, Number>::faces( grid, s ),
                      terms );
     }
@@ -226,7 +226,7 @@ struct SomeTerms
 //! \param times that they are summed; the last one counts
 template <class Terms, class Basis, int Dim, bool Together>
 NodeView::HostMirror sumOfTerms( const State<Dim>& state,
-                                 const NodeSeams& seams = {},
+                                 const NodeSeams& seams = NodeSeams::make(),
                                  const int times = 1 )
 {
     const int n = state.particles.size();
@@ -277,7 +277,7 @@ TYPED_TEST( Transfer, sumsDoNotDependOnTheRowsOfThreads )
     constexpr int Dim = TypeParam::dimension;
     using Basis = typename TypeParam::basis;
     using Terms = MomentTerms<Dim, true>;
-    const NodeSeams seams;
+    const auto seams = NodeSeams::make();
     if ( seams.threads() == 1 )
         GTEST_SKIP() << "one thread has all rows";
     const Box<Basis, Dim> box( "periodic" );

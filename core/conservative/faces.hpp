@@ -204,7 +204,7 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
                 loadMatrix<Dim>( C, p, affine );
                 mirrorAffine<Dim>( mirror, affine );
                 depositMoments<Basis, Dim>(
-                    accessTo( sums.thread(), s, layout ), grid, layout, s, p,
+                    accessTo( sums.thread(), p, s, layout ), grid, layout, s, p,
                     load( m, p ), load( V, p ),
                     mirror.direction( get<Dim>( v, p ) ), affine );
             } );
@@ -454,7 +454,7 @@ void depositStress( const State<Dim>& state, const Real kb, const Sums& sums )
                     grid, layout,
                     images.mirror( k ).point( get<Dim>( x, p ) ) );
                 depositStress<Blends>(
-                    accessTo( sums.thread(), s, layout ), grid, layout, s, p,
+                    accessTo( sums.thread(), p, s, layout ), grid, layout, s, p,
                     V( p ) * pressure( p ), Blends ? mixed( p ) : 0.0_rt );
             } );
 }

@@ -299,7 +299,7 @@ void depositHeat( const State<Dim>& state, const Share& share,
                 return;
             const Stencil<Basis, Dim, Lanes> s( grid, layout,
                                                 loadVector<Dim>( x, p ) );
-            const auto nodes = accessTo( sums.thread(), s, layout );
+            const auto nodes = accessTo( sums.thread(), p, s, layout );
             const Lanes mass = load( m, p ) * part;
             const Lanes heat = mass * load( e, p );
             forEachNode( s, layout,
