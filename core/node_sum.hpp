@@ -64,7 +64,10 @@ class NodeSeams
     }
 
     //! First row of a thread; of `threads()`, one beyond all rows.
-    int operator()( const int thread ) const { return _first( thread ); }
+    KOKKOS_FORCEINLINE_FUNCTION int operator()( const int thread ) const
+    {
+        return _first( thread );
+    }
 
   private:
     Kokkos::View<int*, Kokkos::HostSpace> _first;
