@@ -55,9 +55,8 @@ class NodeSeams
     {
         return _first.extent( 0 ) > 0 ? _first.extent_int( 0 ) - 1 : 1;
     }
-    //! Thread 0 begins with row 0, thread `threads()` beyond all.
-    //! \param thread from 1 on \param row at
-    //! least that of the thread before
+    //! Thread 0 begins with row 0. \param thread from 1 on
+    //! \param row at least that of the thread before
     void set( const int thread, const int row ) const
     {
         _first( thread ) = row;
