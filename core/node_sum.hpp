@@ -24,8 +24,8 @@ namespace Machpoint
   from its own first row to the next thread's.
 
   Any ascending rows are right. Where they are those of the threads' own
-  particles, nearly all sums go straight to the field (NodeScatter). Without
-  rows all belong to the last thread.
+  particles, nearly all sums go straight to the field (NodeScatter). As made,
+  all belong to the last thread.
 */
 class NodeSeams
 {
@@ -36,7 +36,7 @@ class NodeSeams
     using Token = Kokkos::Experimental::UniqueToken<
         ExecutionSpace, Kokkos::Experimental::UniqueTokenScope::Global>;
 
-    //! None: one thread.
+    //! Of a single thread.
     NodeSeams() = default;
     //! For the threads of this build, if there are several.
     static NodeSeams make()
@@ -169,7 +169,7 @@ class NodeScatter
         int columns;
         int first = 0, end = 0;        //!< its own rows
         Real* copy = nullptr;          //!< [rows][columns]
-        unsigned char* used = nullptr; //!< is a block of the copy? [blocks]
+        unsigned char* used = nullptr; //!< has the copy a block? [blocks]
 
         //! \param p a particle's row or a pack
         //! \param base first row of the stencil, or those of a pack
@@ -237,7 +237,7 @@ class NodeScatter
     //! Sets all sums to zero.
     void clear() const
     {
-        if constexpr ( runs_on_host ) // Kokkos takes one thread for it
+        if constexpr ( runs_on_host ) // in half the time of Kokkos' loop
             forEachShare( "Machpoint::clearSums", static_cast<int>( blocks() ),
                           ClearBlocks{ _sums } );
         else

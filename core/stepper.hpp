@@ -12,6 +12,7 @@
 #include <core/scene.hpp>
 #include <core/simulation.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace Machpoint
@@ -559,13 +560,19 @@ class Stepper : public Simulation
             const int share =
                 shareOf( countPacks( n ), ExecutionSpace().concurrency() ) *
                 lane_count;
+            int first = 0;
             for ( int t = 1; t < state.seams.threads(); ++t )
-                state.seams.set(
-                    t, t * share < n
-                           ? Stencil<Basis, Dim>( state.grid, state.layout,
-                                                  get<Dim>( x, t * share ) )
-                                 .base
-                           : state.layout.total );
+            {
+                const int row =
+                    t * share < n
+                        ? Stencil<Basis, Dim>( state.grid, state.layout,
+                                               get<Dim>( x, t * share ) )
+                              .base
+                        : state.layout.total;
+                // A half may stand beyond the box, ahead of its cell's order.
+                first = std::max( first, row );
+                state.seams.set( t, first );
+            }
         }
     }
 
