@@ -11,6 +11,7 @@
 #include <core/basis.hpp>
 #include <core/communicator.hpp>
 #include <core/exact.hpp>
+#include <core/large_pages.hpp>
 #include <core/method_apic.hpp>
 #include <core/method_conservative.hpp>
 #include <core/method_paper.hpp>
@@ -339,6 +340,7 @@ int runCommandLine( int argc, char** argv )
         // Kokkos' own flags are not ours; its environment variables work.
         const Kokkos::ScopeGuard guard{
             Kokkos::InitializationSettings().set_disable_warnings( true ) };
+        askForLargePages();
         const int code =
             execute( ranks, app, file, overrides, options, is_dry );
         if ( std::fflush( stdout ) != 0 )

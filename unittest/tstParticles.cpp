@@ -1,12 +1,18 @@
 // Particles, their sidecars, and the modules' registry.
 #include "scenes.hpp"
 
+#include <core/large_pages.hpp>
 #include <core/particles.hpp>
 #include <core/registry.hpp>
 
 #include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <numeric>
 #include <set>
+#include <string>
 
 namespace
 {
@@ -290,6 +296,39 @@ TEST( Particles, newSidecarEntriesAreZero )
         EXPECT_EQ( label( p ), p < 100 ? p : 0 );
     EXPECT_GT( particles.bytesPerParticle(),
                sizeof( Real ) * ( 2 + 2 + 4 + 5 ) + 2 * 8 - 1 );
+}
+
+//! The flags of the mapping of an address, as Linux tells them.
+std::string mappingFlags( const void* const address )
+{
+    std::ifstream maps( "/proc/self/smaps" );
+    const auto place = reinterpret_cast<std::uintptr_t>( address );
+    bool is_here = false;
+    for ( std::string line; std::getline( maps, line ); )
+    {
+        std::uintptr_t begin = 0, end = 0;
+        if ( std::sscanf( line.c_str(), "%" SCNxPTR "-%" SCNxPTR " ", &begin,
+                          &end ) == 2 )
+            is_here = begin <= place && place < end;
+        else if ( is_here && line.starts_with( "VmFlags:" ) )
+            return line + " ";
+    }
+    return "";
+}
+
+TEST( LargePages, areAskedForForWhatIsLargeAndKept )
+{
+    if ( !runs_on_host ||
+         !std::filesystem::exists( "/sys/kernel/mm/transparent_hugepage" ) )
+        GTEST_SKIP() << "no large pages here";
+    askForLargePages();
+    constexpr std::size_t size = std::size_t( 16 ) << 20; // bytes
+    const Kokkos::View<char*, MemorySpace> ours( "Machpoint::large", size );
+    const Kokkos::View<char*, MemorySpace> others( "Cabana::large", size );
+    EXPECT_NE( mappingFlags( ours.data() + size / 2 ).find( " hg " ),
+               std::string::npos );
+    EXPECT_EQ( mappingFlags( others.data() + size / 2 ).find( " hg " ),
+               std::string::npos );
 }
 
 // Everything in the lists can be found by name, once.

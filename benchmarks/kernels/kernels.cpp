@@ -17,6 +17,7 @@
 #include "work.hpp"
 
 #include <core/communicator.hpp>
+#include <core/large_pages.hpp>
 #include <core/revision.hpp>
 #include <core/stepper_list.hpp>
 
@@ -203,6 +204,7 @@ int main( int argc, char** argv )
 
     const Kokkos::ScopeGuard kokkos{
         Kokkos::InitializationSettings().set_disable_warnings( true ) };
+    askForLargePages();
     limits = measureLimits( small );
     benchmark::AddCustomContext( "revision", revision );
     benchmark::AddCustomContext( "backend", ExecutionSpace::name() );

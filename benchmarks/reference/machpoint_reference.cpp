@@ -5,6 +5,7 @@
 */
 #include "finite_volume.hpp"
 
+#include <core/large_pages.hpp>
 #include <core/output.hpp>
 #include <core/revision.hpp>
 #include <drivers/input.hpp>
@@ -318,5 +319,6 @@ int main( int argc, char** argv )
     // Kokkos' own flags are not ours; its environment variables work.
     const Kokkos::ScopeGuard guard{
         Kokkos::InitializationSettings().set_disable_warnings( true ) };
+    askForLargePages();
     return Reference::run( options );
 }
