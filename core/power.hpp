@@ -16,17 +16,16 @@ namespace Machpoint
 template <class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number exponential( const Number& x )
 {
-    // Taylor's polynomial of exp(x / 16), and its 16th power.
+    // Taylor's polynomial of exp(x / 16), in pairs of terms, which need not
+    // wait for each other, and its 16th power.
     const Number t = 0.0625_rt * clip( x, Number( -5.0 ), Number( 5.0 ) );
-    Number sum( 1.0_rt / 40320 );
-    sum = 1.0_rt / 5040 + t * sum;
-    sum = 1.0_rt / 720 + t * sum;
-    sum = 1.0_rt / 120 + t * sum;
-    sum = 1.0_rt / 24 + t * sum;
-    sum = 1.0_rt / 6 + t * sum;
-    sum = 0.5_rt + t * sum;
-    sum = 1 + t * sum;
-    sum = 1 + t * sum;
+    const Number t2 = t * t;
+    const Number t4 = t2 * t2;
+    const Number low = 1 + t + t2 * ( 0.5_rt + 1.0_rt / 6 * t );
+    const Number high = 1.0_rt / 24 + 1.0_rt / 120 * t +
+                        t2 * ( 1.0_rt / 720 + 1.0_rt / 5040 * t ) +
+                        1.0_rt / 40320 * t4;
+    const Number sum = low + t4 * high;
     const Number second = sum * sum;
     const Number fourth = second * second;
     const Number eighth = fourth * fourth;
