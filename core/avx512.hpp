@@ -45,6 +45,45 @@ KOKKOS_FORCEINLINE_FUNCTION void stream( float* const place,
 }
 //! @}
 
+//! \name Rows, moved on by whole numbers of rows that are `stride` apart
+//! @{
+KOKKOS_FORCEINLINE_FUNCTION void advance( int* const row, const __m512d steps,
+                                          const int stride )
+{
+    auto* const rows = reinterpret_cast<__m256i*>( row );
+    _mm256_storeu_si256(
+        rows,
+        _mm256_add_epi32( _mm256_loadu_si256( rows ),
+                          _mm256_mullo_epi32( _mm512_cvttpd_epi32( steps ),
+                                              _mm256_set1_epi32( stride ) ) ) );
+}
+KOKKOS_FORCEINLINE_FUNCTION void advance( int* const row, const __m512 steps,
+                                          const int stride )
+{
+    _mm512_storeu_si512(
+        row,
+        _mm512_add_epi32( _mm512_loadu_si512( row ),
+                          _mm512_mullo_epi32( _mm512_cvttps_epi32( steps ),
+                                              _mm512_set1_epi32( stride ) ) ) );
+}
+//! @}
+
+//! Which rows are below `first`, or not below `end`: a bit for each lane.
+KOKKOS_FORCEINLINE_FUNCTION unsigned outside( const int* const row,
+                                              const int first, const int end )
+{
+    if constexpr ( is_single )
+    {
+        const __m512i rows = _mm512_loadu_si512( row );
+        return _mm512_cmplt_epi32_mask( rows, _mm512_set1_epi32( first ) ) |
+               _mm512_cmpge_epi32_mask( rows, _mm512_set1_epi32( end ) );
+    }
+    const __m256i rows =
+        _mm256_loadu_si256( reinterpret_cast<const __m256i*>( row ) );
+    return _mm256_cmplt_epi32_mask( rows, _mm256_set1_epi32( first ) ) |
+           _mm256_cmpge_epi32_mask( rows, _mm256_set1_epi32( end ) );
+}
+
 //! \name One column
 //! @{
 KOKKOS_FORCEINLINE_FUNCTION __m512d gather( const double* const first,

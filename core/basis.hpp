@@ -374,7 +374,7 @@ forEachLine( const Stencil<Basis, Dim, Number>& s,
     MACHPOINT_KEEP_LOOP
     for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
     {
-        MACHPOINT_UNROLL
+        MACHPOINT_UNROLL_LINES
         for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
         {
             StencilLine<Dim, Number> line{ 0, Number( 1.0 ), {}, {}, {} };

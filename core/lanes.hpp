@@ -45,6 +45,11 @@ using Lanes = Kokkos::Experimental::simd<
     Real, static_cast<int>( Kokkos::Experimental::simd<double>::size() *
                             ( sizeof( double ) / sizeof( Real ) ) )>;
 #endif
+#ifdef MACHPOINT_HAS_AVX512
+//! The register of Lanes.
+using LaneRegister =
+    decltype( Avx512::gather( std::declval<const Real*>(), nullptr, 0 ) );
+#endif
 //! A truth value of each particle of a pack.
 using LaneMask = typename Lanes::mask_type;
 //! Particles of a pack.
@@ -298,13 +303,11 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
                                         const D... d )
 {
 #ifdef MACHPOINT_HAS_AVX512
-    using Register = decltype( Avx512::gather( &written.slice( p.first, d... ),
-                                               nullptr, 0 ) );
     static_assert( Slice::soa_stride % lane_count == 0 );
     if ( written.streams )
     {
         Avx512::stream( &written.slice( p.first, d... ),
-                        static_cast<Register>( value ) );
+                        static_cast<LaneRegister>( value ) );
         return;
     }
 #endif
@@ -340,20 +343,19 @@ loadRow( const NodeView& nodes, const LaneRows& rows, Lanes ( &values )[K],
          const int first = 0 )
 {
 #ifdef MACHPOINT_HAS_AVX512
-    using Register = decltype( Avx512::gather( nodes.data(), rows.row, 0 ) );
     const std::size_t columns = nodes.stride( 0 );
     const Real* const start = columnsFrom( nodes, rows, first );
     constexpr std::size_t whole = K / 4 * 4;
     for ( std::size_t done = 0; done < whole; done += 4 )
     {
-        Register four[4];
+        LaneRegister four[4];
         Avx512::loadColumns( start + done, rows.row, columns, four );
         for ( std::size_t c = 0; c < 4; ++c )
             values[done + c] = Lanes( four[c] );
     }
     if constexpr ( K - whole >= 2 )
     {
-        Register two[2];
+        LaneRegister two[2];
         Avx512::loadColumns( start + whole, rows.row, columns, two );
         values[whole] = Lanes( two[0] );
         values[whole + 1] = Lanes( two[1] );
@@ -405,10 +407,41 @@ struct BasesOf<Lanes>
 KOKKOS_FORCEINLINE_FUNCTION void advance( LaneBases& bases, const Lanes& steps,
                                           const int stride )
 {
+#ifdef MACHPOINT_HAS_AVX512
+    Avx512::advance( bases.row, static_cast<LaneRegister>( steps ), stride );
+#else
     Real values[lane_count];
     std::memcpy( values, static_cast<const void*>( &steps ), sizeof( Lanes ) );
     for ( int l = 0; l < lane_count; ++l )
         bases.row[l] += static_cast<int>( values[l] ) * stride;
+#endif
+}
+#endif
+
+//! Are the rows of all particles from `first` on, and before `end`? \param p a
+//! particle's row or a pack
+template <class Particle>
+KOKKOS_FORCEINLINE_FUNCTION bool areWithin( const Particle, const int base,
+                                            const int first, const int end )
+{
+    return first <= base && base < end;
+}
+#ifdef MACHPOINT_HAS_LANES
+KOKKOS_FORCEINLINE_FUNCTION bool areWithin( const Pack p,
+                                            const LaneBases& bases,
+                                            const int first, const int end )
+{
+    const unsigned counted = ( 1u << p.count ) - 1; // idle lanes hold anything
+#ifdef MACHPOINT_HAS_AVX512
+    return ( Avx512::outside( bases.row, first, end ) & counted ) == 0;
+#else
+    unsigned outside = 0;
+    for ( int l = 0; l < lane_count; ++l )
+        outside |=
+            static_cast<unsigned>( bases.row[l] < first || bases.row[l] >= end )
+            << l;
+    return ( outside & counted ) == 0;
+#endif
 }
 #endif
 //! A node's row in a kernel.

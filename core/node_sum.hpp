@@ -180,7 +180,7 @@ class NodeScatter
                 const StencilRows<Dim>& rows ) const
         {
             if constexpr ( has_copies )
-                if ( copy && !isWithin( p, base, first, end - rows.last() ) )
+                if ( copy && !areWithin( p, base, first, end - rows.last() ) )
                 {
                     prepareCopy( p, base, rows );
                     return { copy, columns };
@@ -189,10 +189,11 @@ class NodeScatter
         }
 
       private:
-        //! Blocks for the stencils; seldom.
+        //! Blocks for the stencils; seldom. (It gets copies: what else is in a
+        //! stencil would have to be in memory, too, if its base had to.)
         template <class Particle, class Base, int Dim>
-        [[gnu::noinline]] void prepareCopy( const Particle p, const Base& base,
-                                            const StencilRows<Dim>& rows ) const
+        [[gnu::noinline]] void prepareCopy( const Particle p, const Base base,
+                                            const StencilRows<Dim> rows ) const
         {
             auto use = [&]( const int row )
             {
@@ -305,24 +306,8 @@ class NodeScatter
     KOKKOS_FORCEINLINE_FUNCTION static void
     forEachBase( const Pack p, const Bases<Lanes>& bases, const Visitor& visit )
     {
-        if ( p.count == lane_count )
-            for ( int l = 0; l < lane_count; ++l )
-                visit( lane( bases, l ) );
-        else // idle lanes hold anything
-            for ( int l = 0; l < p.count; ++l )
-                visit( lane( bases, l ) );
-    }
-    //! Are all from `first` on, and before `end`?
-    template <class Particle, class Base>
-    KOKKOS_FORCEINLINE_FUNCTION static bool
-    isWithin( const Particle p, const Base& base, const int first,
-              const int end )
-    {
-        int outside = 0;
-        forEachBase( p, base,
-                     [&]( const int row )
-                     { outside |= ( row < first ) | ( row >= end ); } );
-        return outside == 0;
+        for ( int l = 0; l < p.count; ++l ) // idle lanes hold anything
+            visit( lane( bases, l ) );
     }
 
     NodeView _sums;

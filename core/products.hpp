@@ -51,35 +51,23 @@ struct Products
     Number slope[Terms::count][Dim]; //!< of those that are affine
 };
 
-//! Weights other than the stencil's, along each axis.
+//! Weights of the face between a node and the next along each axis; none behind
+//! the last node.
 template <class Basis, int Dim, class Number>
-struct OtherWeights
+struct FaceWeights
 {
     Number w[Dim][Basis::nodes];
 
-    //! Derivatives of the stencil's, 1/length.
-    KOKKOS_FORCEINLINE_FUNCTION static OtherWeights
-    derivatives( const Stencil<Basis, Dim, Number>& s )
-    {
-        OtherWeights other;
-        for ( int d = 0; d < Dim; ++d )
-            for ( int i = 0; i < Basis::nodes; ++i )
-                other.w[d][i] = s.dw[d][i];
-        return other;
-    }
-    //! Of the face between a node and the next; none behind the last node.
-    KOKKOS_FORCEINLINE_FUNCTION static OtherWeights
-    faces( const Grid<Dim>& grid, const Stencil<Basis, Dim, Number>& s )
+    KOKKOS_FORCEINLINE_FUNCTION
+    FaceWeights( const Grid<Dim>& grid, const Stencil<Basis, Dim, Number>& s )
     {
         const HalfwayWeights<Basis, Dim, Number> halfway( grid, s );
-        OtherWeights other;
         for ( int d = 0; d < Dim; ++d )
         {
             for ( int i = 0; i < Basis::nodes - 1; ++i )
-                other.w[d][i] = halfway.c[d][i];
-            other.w[d][Basis::nodes - 1] = Number( 0.0 );
+                w[d][i] = halfway.c[d][i];
+            w[d][Basis::nodes - 1] = Number( 0.0 );
         }
-        return other;
     }
 };
 
@@ -87,16 +75,22 @@ struct OtherWeights
 namespace Impl
 {
 
-//! Lane l, from memory, where a kernel reads many: out of a register it takes
-//! two shuffles.
-KOKKOS_FORCEINLINE_FUNCTION Real inMemory( const Lanes& lanes, const int l )
+//! Lanes in memory, where a kernel reads one after the other: out of a register
+//! it takes two shuffles. (Not the Lanes themselves: to read any one of these,
+//! the compiler would write all that they are a part of.)
+struct LanesInMemory
 {
-    Real value;
-    std::memcpy( &value,
-                 reinterpret_cast<const char*>( &lanes ) + l * sizeof( Real ),
-                 sizeof( Real ) );
-    return value;
-}
+    alignas( Lanes ) Real lane[lane_count];
+
+    KOKKOS_FORCEINLINE_FUNCTION void operator=( const Lanes& lanes )
+    {
+        std::memcpy( lane, static_cast<const void*>( &lanes ), sizeof( lane ) );
+    }
+    KOKKOS_FORCEINLINE_FUNCTION Real operator[]( const int l ) const
+    {
+        return lane[l];
+    }
+};
 
 //! A row of a field of nodes in one register, a column in each place, and masks
 //! of places. (One by one, as GCC 12 takes a register whose size depends on a
@@ -207,7 +201,7 @@ KOKKOS_FORCEINLINE_FUNCTION void
 addProductRows( const NodeScatter::Access& nodes, const Pack p,
                 const Stencil<Basis, Dim, Lanes>& s,
                 const NodeLayout<Dim>& layout,
-                const OtherWeights<Basis, Dim, Lanes>& other,
+                const Lanes ( &other )[Dim][Basis::nodes],
                 const Products<Terms, Dim, Lanes>& terms )
 {
     using Row = typename ColumnRow<Width>::Row;
@@ -218,17 +212,25 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
     constexpr bool grows = anyAffine<Terms>();
     constexpr bool keeps = n * ny * nz <= 16;
     // Of each particle: terms at the first node, and from there to the next.
-    Lanes values[Terms::count], steps[Terms::count][Dim];
+    LanesInMemory values[Terms::count], steps[Terms::count][Dim];
     for ( int t = 0; t < Terms::count; ++t )
     {
-        values[t] = terms.value[t];
+        Lanes value = terms.value[t];
         if ( Terms::isAffine( t ) )
             for ( int d = 0; d < Dim; ++d )
             {
-                values[t] += terms.slope[t][d] * s.dx[d][0];
+                value += terms.slope[t][d] * s.dx[d][0];
                 steps[t][d] = terms.slope[t][d] * layout.spacing[d];
             }
+        values[t] = value;
     }
+    LanesInMemory weights[Dim][n], others[Dim][n];
+    for ( int d = 0; d < Dim; ++d )
+        for ( int i = 0; i < n; ++i )
+        {
+            weights[d][i] = s.w[d][i];
+            others[d][i] = other[d][i];
+        }
     // Here, as the compiler would read them again after whatever is written.
     const std::ptrdiff_t columns = nodes.columns;
     std::ptrdiff_t stride[3]{};
@@ -264,11 +266,11 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
             [&]( const auto t )
             {
                 constexpr int bit = 1 << ( Terms::column( t ) - first );
-                value = replace<Width, bit>( value, inMemory( values[t], l ) );
+                value = replace<Width, bit>( value, values[t][l] );
                 if constexpr ( Terms::isAffine( t ) )
                     for ( int d = 0; d < Dim; ++d )
-                        step[d] = replace<Width, bit>(
-                            step[d], inMemory( steps[t][d], l ) );
+                        step[d] =
+                            replace<Width, bit>( step[d], steps[t][d][l] );
             } );
         Row w[Dim][n];
         forEachConstant<Dim>(
@@ -277,8 +279,7 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
                 constexpr int bits = placesAlong<Terms>( d );
                 for ( int i = 0; i < n; ++i )
                     w[d][i] = replace<Width, bits>(
-                        rowOf<Width>( inMemory( s.w[d][i], l ) ),
-                        inMemory( other.w[d][i], l ) );
+                        rowOf<Width>( weights[d][i][l] ), others[d][i][l] );
             } );
         const int row = s.base.row[l];
         if constexpr ( keeps )
@@ -340,15 +341,14 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
   \brief Adds the terms of a particle, or of each of a pack, to the nodes of its
   stencil.
   \param p a particle's row or a pack
+  \param other the other weights [Dim][nodes]
 */
 template <class Terms, class Basis, int Dim, class Number, class Access,
           class Particle>
-KOKKOS_FORCEINLINE_FUNCTION void
-addProducts( const Access& nodes, const Particle p,
-             const Stencil<Basis, Dim, Number>& s,
-             const NodeLayout<Dim>& layout,
-             const OtherWeights<Basis, Dim, Number>& other,
-             const Products<Terms, Dim, Number>& terms )
+KOKKOS_FORCEINLINE_FUNCTION void addProducts(
+    const Access& nodes, const Particle p, const Stencil<Basis, Dim, Number>& s,
+    const NodeLayout<Dim>& layout, const Number ( &other )[Dim][Basis::nodes],
+    const Products<Terms, Dim, Number>& terms )
 {
     constexpr int width = Products<Terms, Dim, Number>::width;
     constexpr int first = Terms::column( 0 );
@@ -385,9 +385,8 @@ addProducts( const Access& nodes, const Particle p,
                         for ( int d = 0; d < Dim; ++d )
                             term += terms.slope[t][d] * pick( s.dx[d], at[d] );
                     for ( int d = 0; d < Dim; ++d )
-                        term *=
-                            pick( Terms::axis( t ) == d ? other.w[d] : s.w[d],
-                                  at[d] );
+                        term *= pick( Terms::axis( t ) == d ? other[d] : s.w[d],
+                                      at[d] );
                     sums[Terms::column( t ) - first] = term;
                 }
                 addColumns( nodes, p, rowAt( s.base, row ), first, sums );

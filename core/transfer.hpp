@@ -181,9 +181,7 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
             const Lanes Vp = load( V, p ) * load( pressure, p );
             for ( int d = 0; d < Dim; ++d )
                 terms.value[1 + Dim + d] = Vp;
-            addProducts( nodes, p, s, layout,
-                         OtherWeights<Basis, Dim, Lanes>::derivatives( s ),
-                         terms );
+            addProducts( nodes, p, s, layout, s.dw, terms );
         } );
 }
 

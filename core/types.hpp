@@ -113,9 +113,11 @@ using IndexList = Kokkos::View<int*, MemorySpace>;
 //! are.
 #if defined( KOKKOS_ENABLE_CUDA ) || defined( KOKKOS_ENABLE_HIP )
 #define MACHPOINT_UNROLL _Pragma( "unroll" )
+#define MACHPOINT_UNROLL_LINES MACHPOINT_UNROLL
 #define MACHPOINT_KEEP_LOOP _Pragma( "unroll 1" )
 #else
 #define MACHPOINT_UNROLL
+#define MACHPOINT_UNROLL_LINES _Pragma( "GCC unroll 4" )
 #define MACHPOINT_KEEP_LOOP
 #endif
 

@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 using namespace Machpoint;
 using Test::tolerance;
@@ -385,6 +386,48 @@ TEST( Lanes, readRowsOfNodes )
     checkRows<5>();
     checkRows<7>();
     checkRows<8>();
+}
+
+//! Row p of a pack moves from p by 2 floor(y - 2) and by 50 more; which of
+//! these packs are within [first, end).
+std::vector<int> packsWithin( const int first, const int end )
+{
+    AoSoA numbers = makeNumbers();
+    const auto y = Cabana::slice<1>( numbers );
+    const int packs = countPacks( n );
+    const IndexList within( "within", packs );
+    forEachPack(
+        "within", n, KOKKOS_LAMBDA( const Pack p ) {
+            Bases<Lanes> base{};
+            advance( base, Kokkos::floor( load( y, p ) - 2 ), 2 );
+            advance( base, Lanes( 1.0 ), 50 );
+            within( p.first / lane_count ) = areWithin( p, base, first, end );
+        } );
+    const auto host =
+        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), within );
+    return { host.data(), host.data() + packs };
+}
+
+TEST( Lanes, moveRowsAndCompareThoseOfParticles )
+{
+    std::vector<int> rows( n );
+    for ( int p = 0; p < n; ++p )
+        rows[p] = 50 + 2 * static_cast<int>( std::floor(
+                               Real( 0.21 ) + Real( 0.19 ) * p - 2 ) );
+    for ( const int first : { 0, 46, 47, 48, 49, 60 } )
+        for ( const int end : { 0, 47, 48, 52, 53, 54, 1000 } )
+        {
+            const auto found = packsWithin( first, end );
+            for ( int k = 0; k < static_cast<int>( found.size() ); ++k )
+            {
+                const Pack p = Pack::of( k, n );
+                bool expected = true;
+                for ( int q = p.first; q < p.first + p.count; ++q )
+                    expected = expected && first <= rows[q] && rows[q] < end;
+                EXPECT_EQ( found[k], expected )
+                    << "pack " << k << ", " << first << " to " << end;
+            }
+        }
 }
 
 TEST( Power, isAccurateWhereKernelsNeedIt )

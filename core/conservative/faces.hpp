@@ -133,20 +133,20 @@ KOKKOS_FORCEINLINE_FUNCTION void depositMoments(
 {
     // All at once where a register holds them.
     constexpr bool together = 1 + 2 * Dim <= lane_count;
-    const auto faces = OtherWeights<Basis, Dim, Number>::faces( grid, s );
+    const FaceWeights<Basis, Dim, Number> faces( grid, s );
     const Number filling = volume * ( 1 / grid.cellVolume() );
     Products<ConservativeTerms<Dim, together>, Dim, Number> terms;
     setMoments<Dim>( terms, mass, v, C );
     if constexpr ( together )
         for ( int a = 0; a < Dim; ++a )
             terms.value[theta_column<Dim> + a] = filling;
-    addProducts( nodes, p, s, layout, faces, terms );
+    addProducts( nodes, p, s, layout, faces.w, terms );
     if constexpr ( !together )
     {
         Products<FaceTerms<Dim, theta_column<Dim>, 0>, Dim, Number> theta;
         for ( int a = 0; a < Dim; ++a )
             theta.value[a] = filling;
-        addProducts( nodes, p, s, layout, faces, theta );
+        addProducts( nodes, p, s, layout, faces.w, theta );
     }
 }
 
@@ -389,7 +389,7 @@ depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
     if constexpr ( Blends )
         terms.value[Dim] = mixed;
     addProducts( nodes, p, s, layout,
-                 OtherWeights<Basis, Dim, Number>::faces( grid, s ), terms );
+                 FaceWeights<Basis, Dim, Number>( grid, s ).w, terms );
 }
 
 //! m kb phi h max(-D, 0) / c of particles, 0 without sound.
