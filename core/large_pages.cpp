@@ -6,6 +6,7 @@
 
 #ifdef __linux__
 #include <sys/mman.h>
+#include <unistd.h>
 #endif
 
 namespace Machpoint
@@ -16,7 +17,6 @@ namespace
 {
 
 constexpr std::uint64_t least_size = std::uint64_t( 4 ) << 20;
-constexpr std::uintptr_t page = 4096; // of madvise
 
 namespace Tools = Kokkos::Tools;
 
@@ -32,6 +32,8 @@ void advise( const Tools::SpaceHandle space, const char* const label,
     if ( size < least_size ||
          !std::string_view( label ).starts_with( "Machpoint::" ) )
         return;
+    static const auto page =
+        static_cast<std::uintptr_t>( sysconf( _SC_PAGESIZE ) );
     const auto first = reinterpret_cast<std::uintptr_t>( memory );
     const std::uintptr_t begin = ( first + page - 1 ) / page * page;
     const std::uintptr_t end = ( first + size ) / page * page;
@@ -45,7 +47,10 @@ void askForLargePages()
 {
     if constexpr ( !runs_on_host )
         return;
-    next = Tools::Experimental::get_callbacks().allocate_data;
+    const auto present = Tools::Experimental::get_callbacks().allocate_data;
+    if ( present == advise )
+        return;
+    next = present;
     Tools::Experimental::set_allocate_data_callback( advise );
 }
 #else

@@ -19,9 +19,9 @@ namespace Machpoint
   from now on and keeps: Kokkos' allocations of some MiB with a label of ours.
 
   What Cabana allocates is needed for one sort, and small pages come sooner.
-  To be called once, after Kokkos was initialised; a tool that watches
-  allocations (KOKKOS_TOOLS_LIBS) still sees them. Does nothing where the system
-  is not Linux.
+  To be called after Kokkos was initialised; a tool that watches allocations
+  (KOKKOS_TOOLS_LIBS) still sees them. Does nothing where kernels run on a GPU
+  or the system is not Linux.
 */
 void askForLargePages();
 

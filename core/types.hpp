@@ -110,7 +110,8 @@ using IndexList = Kokkos::View<int*, MemorySpace>;
 //! Ahead of loops with few, constant turns. On a GPU arrays that a loop indexes
 //! stay in registers only where it is written out, and what is written out
 //! three times over (the nodes of a 3D stencil) takes more registers than there
-//! are.
+//! are. On a CPU it is the lines of a stencil that are worth writing out: in a
+//! loop over them its weights would be in memory.
 #if defined( KOKKOS_ENABLE_CUDA ) || defined( KOKKOS_ENABLE_HIP )
 #define MACHPOINT_UNROLL _Pragma( "unroll" )
 #define MACHPOINT_UNROLL_LINES MACHPOINT_UNROLL

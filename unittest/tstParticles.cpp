@@ -322,6 +322,7 @@ TEST( LargePages, areAskedForForWhatIsLargeAndKept )
          !std::filesystem::exists( "/sys/kernel/mm/transparent_hugepage" ) )
         GTEST_SKIP() << "no large pages here";
     askForLargePages();
+    askForLargePages(); // once more changes nothing
     constexpr std::size_t size = std::size_t( 16 ) << 20; // bytes
     const Kokkos::View<char*, MemorySpace> ours( "Machpoint::large", size );
     const Kokkos::View<char*, MemorySpace> others( "Cabana::large", size );
