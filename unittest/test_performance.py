@@ -21,6 +21,7 @@ sys.path += [str(ROOT / name) for name in
 import jobs
 import machine
 import page
+import pairs
 import results
 import sweep
 import targets
@@ -112,6 +113,27 @@ class KernelsTest(unittest.TestCase):
             path = pathlib.Path(scratch) / "roofline.png"
             program("kernels").picture(found, path)
             self.assertGreater(path.stat().st_size, 0)
+
+    def test_builds_in_turn(self):
+        build = built(self, "machpoint_kernels").parent
+        result = subprocess.run(
+            [sys.executable, ROOT / "kernels" / "pairs.py", build, build,
+             "--rounds", "2", "--filter", "^apic/quadratic/1D/3/ordered/step/",
+             "--particles", "300"], check=True, capture_output=True, text=True)
+        first, second = [line.split("|") for line in
+                         result.stdout.splitlines() if line.startswith("| ap")]
+        self.assertEqual([float(word) for word in first[5:7]], [1, 1])
+        self.assertAlmostEqual(float(second[5]),
+                               float(second[3]) / float(first[3]), delta=0.01)
+
+    def test_least_and_median_are_over_the_first_build(self):
+        case = ("apic", "linear", 1, 3, "mixed", "step")
+        _, _, first, second = pairs.table(
+            ["a", "b"], {case: [[2, 9, 4], [3, 8, 1]]}).splitlines()[:4]
+        self.assertIn("| a | 2.00 | 4.00 | 1.000 | 1.000 |", first)
+        self.assertIn("| b | 1.00 | 3.00 | 0.500 | 0.750 |", second)
+        with self.assertRaises(SystemExit):
+            pairs.table(["a", "b"], {case: [[2], []]})
 
     @unittest.skipUnless(os.environ.get("MACHPOINT_MPIEXEC"), "without MPI")
     def test_two_ranks(self):

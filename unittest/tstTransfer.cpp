@@ -217,8 +217,7 @@ struct SomeTerms
                 terms.slope[t][d] = mass * ( 3.0_rt - t + 2 * d );
         }
         addProducts( accessTo( sums.thread(), p, s, layout ), p, s, layout,
-                     FaceWeights<Basis, Dim, Number>( grid, s ).w,
-                     terms );
+                     FaceWeights<Basis, Dim, Number>( grid, s ).w, terms );
     }
 };
 
