@@ -264,8 +264,10 @@ void measureFaces( const State<Dim>& state, const NodeView& faces,
                         2 * Kokkos::min( left, right ) );
                 }
                 faces( i, face + Closing ) = closing;
+                // closing - max(smooth, 0), but without a branch on the sign
+                // of what is subtracted
                 faces( i, face + Rough ) =
-                    closing - Kokkos::max( smooth, 0.0_rt );
+                    Kokkos::min( closing - smooth, closing );
             }
         } );
 }
