@@ -115,14 +115,15 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                            p, a );
             }
             const Lanes volume = load( V, p );
-            if ( !any( Lanes( is_large.volume ) < volume ) )
+            const LaneMask big = Lanes( is_large.volume ) < volume;
+            if ( !any( big ) )
                 return;
             const Lanes mass = load( m, p );
             const Lanes first = load( original, p );
             const LaneMask known = Lanes( 0.0 ) < first;
             const Lanes start = choose( known, first, mass );
-            if ( any( !known ) )
-                store( original, start, p );
+            if ( any( !known ) ) // of large ones alone, whoever is beside them
+                store( original, choose( big, start, first ), p );
             found.note( p, active( p ) && is_large( volume, mass, start ) );
         } );
     const auto& comm = state.decomposition.comm();
@@ -259,15 +260,20 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
         grid.cellVolume();
     const int n = state.particles.size();
     const auto box = state.layout.box;
-    const int bins = box.totalCells() << Dim;
+    // Those of a pack, often none.
+    auto smallOf = KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE
+    {
+        return active( p ) && load( V, p ) < Lanes( largest );
+    };
     int small = 0;
     Kokkos::parallel_reduce(
-        "Machpoint::countSmall", Range( 0, n ),
-        KOKKOS_LAMBDA( const int p, int& found ) {
-            if ( original( p ) == 0 )
-                original( p ) = m( p );
-            if ( V( p ) < largest )
-                ++found;
+        "Machpoint::countSmall", Range( 0, countPacks( n ) ),
+        KOKKOS_LAMBDA( const int k, int& count ) {
+            const Pack p = Pack::of( k, n );
+            const LaneMask which = smallOf( p );
+            if ( any( which ) )
+                for ( int l = 0; l < p.count; ++l )
+                    count += lane( which, l ) ? 1 : 0;
         },
         small );
     if ( small < 2 )
@@ -275,33 +281,48 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     IndexList rows( "Machpoint::smallParticles", small );
     IndexList keys( "Machpoint::halfCells", small );
     Kokkos::parallel_scan(
-        "Machpoint::findSmall", Range( 0, n ),
-        KOKKOS_LAMBDA( const int p, int& k, const bool final ) {
-            if ( V( p ) < largest )
+        "Machpoint::findSmall", Range( 0, countPacks( n ) ),
+        KOKKOS_LAMBDA( const int k, int& next, const bool final ) {
+            const Pack pack = Pack::of( k, n );
+            const LaneMask which = smallOf( pack );
+            if ( !any( which ) )
+                return;
+            for ( int l = 0; l < pack.count; ++l )
             {
+                if ( !lane( which, l ) )
+                    continue;
+                const int p = pack.first + l;
                 if ( final )
                 {
-                    rows( k ) = p;
-                    keys( k ) = halfCell<Dim>( grid, box, get<Dim>( x, p ) );
+                    if ( original( p ) == 0 )
+                        original( p ) = m( p );
+                    rows( next ) = p;
+                    keys( next ) = halfCell<Dim>( grid, box, get<Dim>( x, p ) );
                 }
-                ++k;
+                ++next;
             }
         } );
     state.particles.keepIdentities( rows );
-    const auto binned = Cabana::binByKey( keys, bins );
+    const auto order = Cabana::sortByKey( keys );
     IndexList ordered( "Machpoint::orderedParticles", small );
     const RowList& merged = state.noted;
     state.noted.clear( n );
     Kokkos::parallel_for(
-        "Machpoint::mergeParticles", Range( 0, bins ),
-        KOKKOS_LAMBDA( const int bin ) {
-            const int begin = static_cast<int>( binned.binOffset( bin ) );
-            const int end = begin + binned.binSize( bin );
+        "Machpoint::mergeParticles", Range( 0, small ),
+        KOKKOS_LAMBDA( const int begin ) {
+            auto keyOf = [&]( const int i )
+            { return keys( static_cast<int>( order.permutation( i ) ) ); };
+            const int key = keyOf( begin );
+            if ( begin > 0 && keyOf( begin - 1 ) == key )
+                return; // another one's half-cell
+            int end = begin + 1;
+            while ( end < small && keyOf( end ) == key )
+                ++end;
             // Pairs must not depend on the order in memory, so ids order them.
             for ( int i = begin; i < end; ++i )
             {
                 const int p =
-                    rows( static_cast<int>( binned.permutation( i ) ) );
+                    rows( static_cast<int>( order.permutation( i ) ) );
                 int j = i;
                 for ( ; j > begin && id( ordered( j - 1 ) ) > id( p ); --j )
                     ordered( j ) = ordered( j - 1 );
