@@ -21,9 +21,6 @@
 #include <core/basis.hpp>
 #include <core/node_sum.hpp>
 
-#include <algorithm>
-#include <bit>
-
 namespace Machpoint
 {
 
@@ -198,8 +195,7 @@ KOKKOS_FORCEINLINE_FUNCTION auto choiceOf( const PairsInMemory& pairs,
 }
 
 //! A row of the pairs of lane l, side by side, and 0 behind them.
-//! \tparam Used 1 << c for each place c; the others have 0 in memory, too
-template <int Width, int Used, std::size_t Pairs>
+template <int Width, std::size_t Pairs>
 KOKKOS_FORCEINLINE_FUNCTION auto
 joinedRow( const PairsInMemory ( &pairs )[Pairs], const int l )
 {
@@ -211,14 +207,11 @@ joinedRow( const PairsInMemory ( &pairs )[Pairs], const int l )
 #else
     typename ColumnRow<Width>::Row row{};
     forEachConstant<static_cast<int>( Pairs )>(
-        [&]( const auto k ) MACHPOINT_INLINE
+        [&]( const auto k )
         {
-            constexpr int first = Used & 1 << 2 * k;
-            constexpr int second = Used & 2 << 2 * k;
-            if constexpr ( first )
-                row = replace<Width, first>( row, pairs[k].first[l] );
-            if constexpr ( second )
-                row = replace<Width, second>( row, pairs[k].second[l] );
+            row = replace<Width, 1 << 2 * k>( row, pairs[k].first[l] );
+            if constexpr ( 2 * k + 1 < Width )
+                row = replace<Width, 2 << 2 * k>( row, pairs[k].second[l] );
         } );
     return row;
 #endif
@@ -235,15 +228,25 @@ constexpr int placesAlong( const int axis )
     return bits;
 }
 
-//! The places, as bits, of the terms that have a slope.
+//! Pairs of terms up to the last one with a slope; at least one.
 template <class Terms>
-constexpr int placesWithSlope()
+constexpr int pairsWithSlope()
 {
-    int bits = 0;
+    int pairs = 1;
     for ( int t = 0; t < Terms::count; ++t )
         if ( Terms::isAffine( t ) )
-            bits |= 1 << ( Terms::column( t ) - Terms::column( 0 ) );
-    return bits;
+            pairs = t / 2 + 1;
+    return pairs;
+}
+
+//! Has any term a slope?
+template <class Terms>
+constexpr bool anyAffine()
+{
+    for ( int t = 0; t < Terms::count; ++t )
+        if ( Terms::isAffine( t ) )
+            return true;
+    return false;
 }
 
 /*!
@@ -271,8 +274,7 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
     constexpr int ny = Dim > 1 ? n : 1;
     constexpr int nz = Dim > 2 ? n : 1;
     constexpr int first = Terms::column( 0 );
-    constexpr int slopes = placesWithSlope<Terms>();
-    constexpr bool grows = slopes != 0;
+    constexpr bool grows = anyAffine<Terms>();
     PairsInMemory weights[plane_axes][n]; // and the others
     for ( int d = 0; d < plane_axes; ++d )
         for ( int i = 0; i < n; ++i )
@@ -315,11 +317,7 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
             return step;
         };
         constexpr int pairs = ( Terms::count + 1 ) / 2;
-        // Up to the last slope's; an array has one at least.
-        constexpr int step_pairs = std::max(
-            1,
-            ( static_cast<int>( std::bit_width( unsigned( slopes ) ) ) + 1 ) /
-                2 );
+        constexpr int step_pairs = pairsWithSlope<Terms>();
         PairsInMemory values[pairs], steps[plane_axes][step_pairs];
         forEachConstant<pairs>(
             [&]( const auto q ) MACHPOINT_INLINE
@@ -351,12 +349,11 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
         int current = s.base.row[0];
         for ( int l = 0; l < p.count; ++l )
         {
-            Row value =
-                joinedRow<Width, ( 1 << Terms::count ) - 1>( values, l );
+            Row value = joinedRow<Width>( values, l );
             Row step[2]{};
             if constexpr ( grows )
                 for ( int d = 0; d < plane_axes; ++d )
-                    step[d] = joinedRow<Width, slopes>( steps[d], l );
+                    step[d] = joinedRow<Width>( steps[d], l );
             Row w[plane_axes][n];
             forEachConstant<plane_axes>(
                 [&]( const auto d ) MACHPOINT_INLINE
