@@ -21,6 +21,22 @@
 namespace Machpoint::Avx512
 {
 
+//! The even places of two registers in turn: a0 b0 a2 b2 ... (As integers, as
+//! GCC 12 was seen to make a0 a0 a2 a2 ... of `_mm512_unpacklo_pd`.)
+KOKKOS_FORCEINLINE_FUNCTION __m512d evenPlaces( const __m512d a,
+                                                const __m512d b )
+{
+    return _mm512_castsi512_pd( _mm512_unpacklo_epi64(
+        _mm512_castpd_si512( a ), _mm512_castpd_si512( b ) ) );
+}
+
+//! The odd ones: a1 b1 a3 b3 ...
+KOKKOS_FORCEINLINE_FUNCTION __m512d oddPlaces( const __m512d a,
+                                               const __m512d b )
+{
+    return _mm512_unpackhi_pd( a, b );
+}
+
 //! Where eight nodes start.
 KOKKOS_FORCEINLINE_FUNCTION __m512i starts( const int* const row,
                                             const std::size_t columns )
@@ -142,8 +158,8 @@ KOKKOS_FORCEINLINE_FUNCTION void loadColumns( const double* const first,
                                    two( l + 4 ), 1 );
     };
     const __m512d even = four( 0 ), odd = four( 1 );
-    values[0] = _mm512_unpacklo_pd( even, odd );
-    values[1] = _mm512_unpackhi_pd( even, odd );
+    values[0] = evenPlaces( even, odd );
+    values[1] = oddPlaces( even, odd );
 }
 KOKKOS_FORCEINLINE_FUNCTION void loadColumns( const float* const first,
                                               const int* const row,
@@ -182,10 +198,10 @@ KOKKOS_FORCEINLINE_FUNCTION void loadColumns( const double* const first,
             _mm256_loadu_pd( first + row[l + 4] * columns ), 1 );
     };
     const __m512d a = two( 0 ), b = two( 1 ), c = two( 2 ), d = two( 3 );
-    const __m512d ab_even = _mm512_unpacklo_pd( a, b );
-    const __m512d ab_odd = _mm512_unpackhi_pd( a, b );
-    const __m512d cd_even = _mm512_unpacklo_pd( c, d );
-    const __m512d cd_odd = _mm512_unpackhi_pd( c, d );
+    const __m512d ab_even = evenPlaces( a, b );
+    const __m512d ab_odd = oddPlaces( a, b );
+    const __m512d cd_even = evenPlaces( c, d );
+    const __m512d cd_odd = oddPlaces( c, d );
     const __m512i lower = _mm512_setr_epi64( 0, 1, 8, 9, 4, 5, 12, 13 );
     const __m512i upper = _mm512_setr_epi64( 2, 3, 10, 11, 6, 7, 14, 15 );
     values[0] = _mm512_permutex2var_pd( ab_even, lower, cd_even );
