@@ -14,6 +14,9 @@
 
 #ifdef KOKKOS_ARCH_AVX512XEON
 #define MACHPOINT_HAS_AVX512
+#ifndef MACHPOINT_PRECISION_SINGLE
+#define MACHPOINT_PAIRS_ARE_NEIGHBOURS
+#endif
 #include <immintrin.h>
 
 #include <cstddef>
@@ -99,6 +102,62 @@ KOKKOS_FORCEINLINE_FUNCTION unsigned outside( const int* const row,
     return _mm256_cmplt_epi32_mask( rows, _mm256_set1_epi32( first ) ) |
            _mm256_cmpge_epi32_mask( rows, _mm256_set1_epi32( end ) );
 }
+
+/*!
+  \name Two numbers of each lane, side by side
+  In memory those of even lanes come first, then those of odd ones.
+  @{
+*/
+KOKKOS_FORCEINLINE_FUNCTION void storePairs( const __m512d a, const __m512d b,
+                                             double* const pairs )
+{
+    _mm512_store_pd( pairs, evenPlaces( a, b ) );
+    _mm512_store_pd( pairs + 8, oddPlaces( a, b ) );
+}
+
+//! The first number of a pair, and the second in some places of a row. \tparam
+//! Width of the row \tparam Seconds 1 << c for each place c of the second
+template <int Width, int Seconds>
+KOKKOS_FORCEINLINE_FUNCTION auto choiceOf( const double* const pair )
+{
+    if constexpr ( Width == 2 )
+        return _mm_permute_pd( _mm_load_pd( pair ), Seconds );
+    else if constexpr ( Width == 4 )
+        return _mm256_permute_pd(
+            _mm256_broadcast_pd( reinterpret_cast<const __m128d*>( pair ) ),
+            Seconds );
+    else
+        return _mm512_permute_pd( _mm512_broadcast_f64x2( _mm_load_pd( pair ) ),
+                                  Seconds );
+}
+
+//! A row of pairs, and 0 behind them. \tparam Width of the row
+template <int Width, std::size_t Pairs>
+KOKKOS_FORCEINLINE_FUNCTION auto
+joinedRow( const double* const ( &pair )[Pairs] )
+{
+    const __m128d first = _mm_load_pd( pair[0] );
+    if constexpr ( Width == 2 )
+        return first;
+    else
+    {
+        __m256d lower = _mm256_zextpd128_pd256( first );
+        if constexpr ( Pairs > 1 )
+            lower = _mm256_insertf128_pd( lower, _mm_load_pd( pair[1] ), 1 );
+        if constexpr ( Width == 4 )
+            return lower;
+        else
+        {
+            __m512d row = _mm512_zextpd256_pd512( lower );
+            if constexpr ( Pairs > 2 )
+                row = _mm512_insertf64x2( row, _mm_load_pd( pair[2] ), 2 );
+            if constexpr ( Pairs > 3 )
+                row = _mm512_insertf64x2( row, _mm_load_pd( pair[3] ), 3 );
+            return row;
+        }
+    }
+}
+//! @}
 
 //! \name One column
 //! @{

@@ -21,6 +21,9 @@
 #include <core/basis.hpp>
 #include <core/node_sum.hpp>
 
+#include <algorithm>
+#include <bit>
+
 namespace Machpoint
 {
 
@@ -74,23 +77,6 @@ struct FaceWeights
 #ifdef MACHPOINT_HAS_LANES
 namespace Impl
 {
-
-//! Lanes in memory, where a kernel reads one after the other: out of a register
-//! it takes two shuffles. (Not the Lanes themselves: to read any one of these,
-//! the compiler would write all that they are a part of.)
-struct LanesInMemory
-{
-    alignas( Lanes ) Real lane[lane_count];
-
-    KOKKOS_FORCEINLINE_FUNCTION void operator=( const Lanes& lanes )
-    {
-        std::memcpy( lane, static_cast<const void*>( &lanes ), sizeof( lane ) );
-    }
-    KOKKOS_FORCEINLINE_FUNCTION Real operator[]( const int l ) const
-    {
-        return lane[l];
-    }
-};
 
 //! A row of a field of nodes in one register, a column in each place, and masks
 //! of places. (One by one, as GCC 12 takes a register whose size depends on a
@@ -153,27 +139,6 @@ replace( const typename ColumnRow<Width>::Row& row, const Real x )
                    : row;
 }
 
-//! The places, as bits, whose weights along an axis are others.
-template <class Terms>
-constexpr int placesAlong( const int axis )
-{
-    int bits = 0;
-    for ( int t = 0; t < Terms::count; ++t )
-        if ( Terms::axis( t ) == axis )
-            bits |= 1 << ( Terms::column( t ) - Terms::column( 0 ) );
-    return bits;
-}
-
-//! Has any term a slope?
-template <class Terms>
-constexpr bool anyAffine()
-{
-    for ( int t = 0; t < Terms::count; ++t )
-        if ( Terms::isAffine( t ) )
-            return true;
-    return false;
-}
-
 //! Calls visit with the constants 0 to N - 1.
 template <int N, class Visitor>
 KOKKOS_FORCEINLINE_FUNCTION void forEachConstant( const Visitor& visit )
@@ -186,15 +151,111 @@ KOKKOS_FORCEINLINE_FUNCTION void forEachConstant( const Visitor& visit )
 }
 
 /*!
+  \brief Two numbers of every lane in memory, where a kernel takes those of one
+  lane after the other to rows: out of registers it takes more shuffles.
+
+  (Not the Lanes themselves: to read any one of these, the compiler would write
+  all that they are a part of.)
+*/
+struct PairsInMemory
+{
+#ifdef MACHPOINT_PAIRS_ARE_NEIGHBOURS
+    alignas( Lanes ) Real pairs[lane_count][2]; // of even lanes, then of odd
+
+    KOKKOS_FORCEINLINE_FUNCTION void set( const Lanes& a, const Lanes& b )
+    {
+        Avx512::storePairs( static_cast<LaneRegister>( a ),
+                            static_cast<LaneRegister>( b ), pairs[0] );
+    }
+    KOKKOS_FORCEINLINE_FUNCTION const Real* of( const int l ) const
+    {
+        return pairs[( l & 1 ) * ( lane_count / 2 ) + ( l >> 1 )];
+    }
+#else
+    alignas( Lanes ) Real first[lane_count];
+    alignas( Lanes ) Real second[lane_count];
+
+    KOKKOS_FORCEINLINE_FUNCTION void set( const Lanes& a, const Lanes& b )
+    {
+        std::memcpy( first, static_cast<const void*>( &a ), sizeof( first ) );
+        std::memcpy( second, static_cast<const void*>( &b ), sizeof( second ) );
+    }
+#endif
+};
+
+//! A row of the first number of lane l, and of the second in some places.
+//! \tparam Seconds 1 << c for each place c of the second
+template <int Width, int Seconds>
+KOKKOS_FORCEINLINE_FUNCTION auto choiceOf( const PairsInMemory& pairs,
+                                           const int l )
+{
+#ifdef MACHPOINT_PAIRS_ARE_NEIGHBOURS
+    return Avx512::choiceOf<Width, Seconds>( pairs.of( l ) );
+#else
+    return replace<Width, Seconds>( rowOf<Width>( pairs.first[l] ),
+                                    pairs.second[l] );
+#endif
+}
+
+//! A row of the pairs of lane l, side by side, and 0 behind them.
+//! \tparam Used 1 << c for each place c; the others have 0 in memory, too
+template <int Width, int Used, std::size_t Pairs>
+KOKKOS_FORCEINLINE_FUNCTION auto
+joinedRow( const PairsInMemory ( &pairs )[Pairs], const int l )
+{
+#ifdef MACHPOINT_PAIRS_ARE_NEIGHBOURS
+    const Real* numbers[Pairs];
+    for ( std::size_t k = 0; k < Pairs; ++k )
+        numbers[k] = pairs[k].of( l );
+    return Avx512::joinedRow<Width>( numbers );
+#else
+    typename ColumnRow<Width>::Row row{};
+    forEachConstant<static_cast<int>( Pairs )>(
+        [&]( const auto k ) MACHPOINT_INLINE
+        {
+            constexpr int first = Used & 1 << 2 * k;
+            constexpr int second = Used & 2 << 2 * k;
+            if constexpr ( first )
+                row = replace<Width, first>( row, pairs[k].first[l] );
+            if constexpr ( second )
+                row = replace<Width, second>( row, pairs[k].second[l] );
+        } );
+    return row;
+#endif
+}
+
+//! The places, as bits, whose weights along an axis are others.
+template <class Terms>
+constexpr int placesAlong( const int axis )
+{
+    int bits = 0;
+    for ( int t = 0; t < Terms::count; ++t )
+        if ( Terms::axis( t ) == axis )
+            bits |= 1 << ( Terms::column( t ) - Terms::column( 0 ) );
+    return bits;
+}
+
+//! The places, as bits, of the terms that have a slope.
+template <class Terms>
+constexpr int placesWithSlope()
+{
+    int bits = 0;
+    for ( int t = 0; t < Terms::count; ++t )
+        if ( Terms::isAffine( t ) )
+            bits |= 1 << ( Terms::column( t ) - Terms::column( 0 ) );
+    return bits;
+}
+
+/*!
   \brief addProducts with a particle's columns in one register.
 
-  Node after node and line after line a term grows by slope times spacing, and
-  the weights of an axis are multiplied on line by line, so that a node costs
-  two operations.
+  Plane after plane of nodes. Within one a term grows from node to node and from
+  line to line by slope times spacing, and the weights of an axis are multiplied
+  on line by line, so that a node costs two operations.
 
-  Where registers hold the sums of all nodes, particles that share their nodes
-  are added up there first: to add a register to memory takes a processor longer
-  than to make it, as it has to wait for what the last particle wrote.
+  Registers hold the sums of the plane, where particles that share their nodes
+  are added up first: to add a register to memory takes a processor longer than
+  to make it, as it has to wait for what the last particle wrote.
 */
 template <int Width, class Terms, class Basis, int Dim>
 KOKKOS_FORCEINLINE_FUNCTION void
@@ -206,132 +267,133 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
 {
     using Row = typename ColumnRow<Width>::Row;
     constexpr int n = Basis::nodes;
+    constexpr int plane_axes = Dim > 1 ? 2 : 1;
     constexpr int ny = Dim > 1 ? n : 1;
     constexpr int nz = Dim > 2 ? n : 1;
     constexpr int first = Terms::column( 0 );
-    constexpr bool grows = anyAffine<Terms>();
-    constexpr bool keeps = n * ny * nz <= 16;
-    // Of each particle: terms at the first node, and from there to the next.
-    LanesInMemory values[Terms::count], steps[Terms::count][Dim];
-    for ( int t = 0; t < Terms::count; ++t )
-    {
-        Lanes value = terms.value[t];
-        if ( Terms::isAffine( t ) )
-            for ( int d = 0; d < Dim; ++d )
-            {
-                value += terms.slope[t][d] * s.dx[d][0];
-                steps[t][d] = terms.slope[t][d] * layout.spacing[d];
-            }
-        values[t] = value;
-    }
-    LanesInMemory weights[Dim][n], others[Dim][n];
-    for ( int d = 0; d < Dim; ++d )
+    constexpr int slopes = placesWithSlope<Terms>();
+    constexpr bool grows = slopes != 0;
+    PairsInMemory weights[plane_axes][n]; // and the others
+    for ( int d = 0; d < plane_axes; ++d )
         for ( int i = 0; i < n; ++i )
-        {
-            weights[d][i] = s.w[d][i];
-            others[d][i] = other[d][i];
-        }
+            weights[d][i].set( s.w[d][i], other[d][i] );
     // Here, as the compiler would read them again after whatever is written.
     const std::ptrdiff_t columns = nodes.columns;
     std::ptrdiff_t stride[3]{};
     for ( int d = 0; d < Dim; ++d )
         stride[d] = layout.stride[d] * columns;
-    Real* const start = nodes.sums + first;
-    Row sums[keeps ? nz : 1][keeps ? ny : 1][keeps ? n : 1]{};
-    auto add = []( Real* const node, const Row& term ) MACHPOINT_INLINE
+    MACHPOINT_KEEP_LOOP
+    for ( int k = 0; k < nz; ++k )
     {
-        Row sum;
-        std::memcpy( &sum, node, sizeof( Row ) );
-        sum += term;
-        std::memcpy( node, &sum, sizeof( Row ) );
-    };
-    auto flush = [&]( const int row ) MACHPOINT_INLINE
-    {
-        Real* const base = start + row * columns;
-        for ( int k = 0; k < nz; ++k )
-            for ( int j = 0; j < ny; ++j )
-                for ( int i = 0; i < n; ++i )
-                {
-                    add( base + i * columns + j * stride[1] + k * stride[2],
-                         sums[k][j][i] );
-                    sums[k][j][i] = Row{};
-                }
-    };
-    int current = s.base.row[0];
-    for ( int l = 0; l < p.count; ++l )
-    {
-        Row value{};
-        Row step[3]{};
-        forEachConstant<Terms::count>(
-            [&]( const auto t )
+        // Two columns a pair: terms at the plane's first node, and from there
+        // to the next one along each axis.
+        auto valueOf = [&]( const auto t ) MACHPOINT_INLINE
+        {
+            Lanes value( 0.0 );
+            if constexpr ( t < Terms::count )
             {
-                constexpr int bit = 1 << ( Terms::column( t ) - first );
-                value = replace<Width, bit>( value, values[t][l] );
+                static_assert( Terms::column( t ) == first + t,
+                               "terms must have columns side by side" );
+                value = terms.value[t];
                 if constexpr ( Terms::isAffine( t ) )
                     for ( int d = 0; d < Dim; ++d )
-                        step[d] =
-                            replace<Width, bit>( step[d], steps[t][d][l] );
-            } );
-        Row w[Dim][n];
-        forEachConstant<Dim>(
-            [&]( const auto d )
+                        value += terms.slope[t][d] * s.dx[d][d < 2 ? 0 : k];
+                if constexpr ( Dim > 2 )
+                    value *= Terms::axis( t ) == 2 ? other[2][k] : s.w[2][k];
+            }
+            return value;
+        };
+        auto stepOf = [&]( const auto t, const int d ) MACHPOINT_INLINE
+        {
+            Lanes step( 0.0 );
+            if constexpr ( Terms::isAffine( t ) )
             {
-                constexpr int bits = placesAlong<Terms>( d );
-                for ( int i = 0; i < n; ++i )
-                    w[d][i] = replace<Width, bits>(
-                        rowOf<Width>( weights[d][i][l] ), others[d][i][l] );
+                step = terms.slope[t][d] * layout.spacing[d];
+                if constexpr ( Dim > 2 )
+                    step *= s.w[2][k];
+            }
+            return step;
+        };
+        constexpr int pairs = ( Terms::count + 1 ) / 2;
+        // Up to the last slope's; an array has one at least.
+        constexpr int step_pairs = std::max(
+            1,
+            ( static_cast<int>( std::bit_width( unsigned( slopes ) ) ) + 1 ) /
+                2 );
+        PairsInMemory values[pairs], steps[plane_axes][step_pairs];
+        forEachConstant<pairs>(
+            [&]( const auto q ) MACHPOINT_INLINE
+            {
+                const std::integral_constant<int, 2 * q> a;
+                const std::integral_constant<int, 2 * q + 1> b;
+                values[q].set( valueOf( a ), valueOf( b ) );
+                if constexpr ( grows && q < step_pairs )
+                    for ( int d = 0; d < plane_axes; ++d )
+                        steps[d][q].set( stepOf( a, d ), stepOf( b, d ) );
             } );
-        const int row = s.base.row[l];
-        if constexpr ( keeps )
+        Real* const start = nodes.sums + first + k * stride[2];
+        Row sums[ny][n]{};
+        auto flush = [&]( const int row ) MACHPOINT_INLINE
+        {
+            for ( int j = 0; j < ny; ++j )
+            {
+                Real* const line = start + row * columns + j * stride[1];
+                for ( int i = 0; i < n; ++i )
+                {
+                    Row sum;
+                    std::memcpy( &sum, line + i * columns, sizeof( Row ) );
+                    sum += sums[j][i];
+                    std::memcpy( line + i * columns, &sum, sizeof( Row ) );
+                    sums[j][i] = Row{};
+                }
+            }
+        };
+        int current = s.base.row[0];
+        for ( int l = 0; l < p.count; ++l )
+        {
+            Row value =
+                joinedRow<Width, ( 1 << Terms::count ) - 1>( values, l );
+            Row step[2]{};
+            if constexpr ( grows )
+                for ( int d = 0; d < plane_axes; ++d )
+                    step[d] = joinedRow<Width, slopes>( steps[d], l );
+            Row w[plane_axes][n];
+            forEachConstant<plane_axes>(
+                [&]( const auto d ) MACHPOINT_INLINE
+                {
+                    for ( int i = 0; i < n; ++i )
+                        w[d][i] = choiceOf<Width, placesAlong<Terms>( d )>(
+                            weights[d][i], l );
+                } );
+            const int row = s.base.row[l];
             if ( row != current )
             {
                 flush( current );
                 current = row;
             }
-        Real* const base = start + row * columns;
-        for ( int k = 0; k < nz; ++k )
-        {
-            Row plane = value;
-            Row step_x = step[0];
-            Row step_y = step[1];
-            if constexpr ( Dim > 2 )
-            {
-                plane *= w[2][k];
-                if constexpr ( grows )
-                {
-                    step_x *= w[2][k];
-                    step_y *= w[2][k];
-                    value += step[2];
-                }
-            }
             for ( int j = 0; j < ny; ++j )
             {
-                Row term = plane;
-                Row step_on = step_x;
+                Row term = value;
+                Row step_on = step[0];
                 if constexpr ( Dim > 1 )
                 {
                     term *= w[1][j];
                     if constexpr ( grows )
                     {
                         step_on *= w[1][j];
-                        plane += step_y;
+                        value += step[1];
                     }
                 }
-                Real* const line = base + j * stride[1] + k * stride[2];
                 for ( int i = 0; i < n; ++i )
                 {
-                    if constexpr ( keeps )
-                        sums[k][j][i] += term * w[0][i];
-                    else
-                        add( line + i * columns, term * w[0][i] );
+                    sums[j][i] += term * w[0][i];
                     if constexpr ( grows )
                         term += step_on;
                 }
             }
         }
-    }
-    if constexpr ( keeps )
         flush( current );
+    }
 }
 
 } // namespace Impl
