@@ -16,51 +16,17 @@ namespace Machpoint
 
 namespace Impl
 {
-template <class Basis, int Dim, class Positions, class Body>
-struct StencilTurns
+//! The scatter of a kernel that adds to no node.
+struct NoSums
 {
-    Positions x;
-    Grid<Dim> grid;
-    NodeLayout<Dim> layout;
-    int n;
-    Body body;
-
-    KOKKOS_FORCEINLINE_FUNCTION void operator()( const int first,
-                                                 const int last ) const
+    struct Thread
     {
-        Own<Positions> own_x = x;
-        Own<Grid<Dim>> own_grid = grid;
-        Own<NodeLayout<Dim>> own_layout = layout;
-        Own<Body> own_body = body;
-        const int all = n;
-        for ( int k = first; k < last; ++k )
-        {
-            const Pack p = Pack::of( k, all );
-            own_body(
-                p, Stencil<Basis, Dim, Lanes>( own_grid, own_layout,
-                                               loadVector<Dim>( own_x, p ) ) );
-        }
-    }
+    };
+    KOKKOS_FORCEINLINE_FUNCTION Thread thread() const { return {}; }
 };
-} // namespace Impl
 
-//! Calls body( p, s ) for the packs of particles and their stencils, in
-//! parallel: see forEach.
-template <class Basis, int Dim, class Body>
-void forEachStencil( const char* label, const State<Dim>& state,
-                     const Body& body )
-{
-    const auto x = state.particles.template slice<Position>();
-    const int n = state.particles.size();
-    forEachShare( label, countPacks( n ),
-                  Impl::StencilTurns<Basis, Dim, decltype( x ), Body>{
-                      x, state.grid, state.layout, n, body } );
-}
-
-namespace Impl
-{
 template <class Basis, int Dim, class Positions, class Sums, class Body>
-struct DepositTurns
+struct StencilTurns
 {
     Positions x;
     Grid<Dim> grid;
@@ -77,17 +43,40 @@ struct DepositTurns
         Own<NodeLayout<Dim>> own_layout = layout;
         Own<Body> own_body = body;
         const int all = n;
-        const auto thread = sums.thread();
+        [[maybe_unused]] const auto thread = sums.thread();
         for ( int k = first; k < last; ++k )
         {
             const Pack p = Pack::of( k, all );
             const Stencil<Basis, Dim, Lanes> s( own_grid, own_layout,
                                                 loadVector<Dim>( own_x, p ) );
-            own_body( p, s, accessTo( thread, p, s, own_layout ) );
+            if constexpr ( std::is_same_v<Sums, NoSums> )
+                own_body( p, s );
+            else
+                own_body( p, s, accessTo( thread, p, s, own_layout ) );
         }
     }
 };
+
+template <class Basis, int Dim, class Sums, class Body>
+void forEachStencil( const char* label, const State<Dim>& state,
+                     const Sums& sums, const Body& body )
+{
+    const auto x = state.particles.template slice<Position>();
+    const int n = state.particles.size();
+    forEachShare( label, countPacks( n ),
+                  StencilTurns<Basis, Dim, decltype( x ), Sums, Body>{
+                      x, state.grid, state.layout, n, sums, body } );
+}
 } // namespace Impl
+
+//! Calls body( p, s ) for the packs of particles and their stencils, in
+//! parallel: see forEach.
+template <class Basis, int Dim, class Body>
+void forEachStencil( const char* label, const State<Dim>& state,
+                     const Body& body )
+{
+    Impl::forEachStencil<Basis>( label, state, Impl::NoSums{}, body );
+}
 
 //! Calls body( p, s, nodes ) for the packs of particles, their stencils and the
 //! nodes that they add to. \param sums the scatter of the field
@@ -95,11 +84,7 @@ template <class Basis, int Dim, class Sums, class Body>
 void forEachDeposit( const char* label, const State<Dim>& state,
                      const Sums& sums, const Body& body )
 {
-    const auto x = state.particles.template slice<Position>();
-    const int n = state.particles.size();
-    forEachShare( label, countPacks( n ),
-                  Impl::DepositTurns<Basis, Dim, decltype( x ), Sums, Body>{
-                      x, state.grid, state.layout, n, sums, body } );
+    Impl::forEachStencil<Basis>( label, state, sums, body );
 }
 
 //! Velocity v + C dx of an affine field at a distance dx.
