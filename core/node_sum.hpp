@@ -15,6 +15,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace Machpoint
 {
@@ -430,8 +431,6 @@ namespace Impl
 //! Registers as the compiler knows them.
 using LaneVector __attribute__( ( vector_size( sizeof( Lanes ) ) ) ) = Real;
 using LaneInteger = std::conditional_t<is_single, std::int32_t, std::int64_t>;
-using LaneIndex __attribute__( ( vector_size( sizeof( Lanes ) ) ) ) =
-    LaneInteger;
 
 //! Numbers that addColumns adds to a node at once; 1: one by one.
 constexpr int rowWidth( const std::size_t columns )
@@ -447,14 +446,16 @@ constexpr int rowWidth( const std::size_t columns )
 template <int Size>
 KOKKOS_FORCEINLINE_FUNCTION void swapBlocks( LaneVector& a, LaneVector& b )
 {
-    LaneIndex upper{}, lower{};
-    for ( int l = 0; l < lane_count; ++l )
+    const auto [above,
+                below] = [&]<int... L>( std::integer_sequence<int, L...> )
     {
-        upper[l] = l & Size ? lane_count + l - Size : l;
-        lower[l] = l & Size ? lane_count + l : l + Size;
+        return std::pair(
+            __builtin_shufflevector(
+                a, b, ( L & Size ? lane_count + L - Size : L )... ),
+            __builtin_shufflevector(
+                a, b, ( L & Size ? lane_count + L : L + Size )... ) );
     }
-    const LaneVector above = __builtin_shuffle( a, b, upper );
-    const LaneVector below = __builtin_shuffle( a, b, lower );
+    ( std::make_integer_sequence<int, lane_count>() );
     a = above;
     b = below;
 }

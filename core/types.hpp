@@ -71,6 +71,14 @@ inline constexpr bool is_zen = true;
 inline constexpr bool is_zen = false;
 #endif
 
+//! Zen 5? (Compilers that do not know it yet take it for an older one with
+//! these instructions, which no other Zen has.)
+#if defined( __znver5__ ) || defined( __AVX512VP2INTERSECT__ )
+inline constexpr bool is_zen5 = is_zen;
+#else
+inline constexpr bool is_zen5 = false;
+#endif
+
 //! Range of particles or nodes on the build's backend. On CUDA a kernel gets
 //! what it captures as its parameters: Kokkos puts more than 512 bytes of them
 //! into constant memory otherwise, and before that waits for the last kernel

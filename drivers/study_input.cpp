@@ -321,8 +321,8 @@ class Reader
 
     void checkSolver( const std::string& place, const Json& value )
     {
-        if ( std::find( solver_names.begin(), solver_names.end(), value ) ==
-             solver_names.end() )
+        if ( std::none_of( solver_names.begin(), solver_names.end(),
+                           [&]( const auto& name ) { return value == name; } ) )
             fail( place, fmt::format( "expected one of {}, got {}",
                                       fmt::join( solver_names, ", " ),
                                       value.dump() ) );

@@ -38,9 +38,10 @@ class ProbedField
 {
   public:
     ProbedField( const GridFields& grid, const Json& probe )
-        : _grid( grid ), _field( std::find( fields.begin(), fields.end(),
-                                            probe.at( "field" ) ) -
-                                 fields.begin() )
+        : _grid( grid ),
+          _field( std::find( fields.begin(), fields.end(),
+                             probe.at( "field" ).get<std::string>() ) -
+                  fields.begin() )
     {
     }
 
