@@ -267,8 +267,8 @@ inline bool any( const LaneMask& mask )
 inline constexpr int tiles_ahead = is_zen5 ? 8 : 4;
 
 //! Fetches a member of the particles some tiles ahead of row p; into the second
-//! cache on Zens before Zen 5, whose first one has too few places for what is on
-//! its way.
+//! cache on Zens before Zen 5, whose first one has too few places for what is
+//! on its way.
 template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
                                            const D... d )

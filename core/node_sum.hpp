@@ -446,18 +446,15 @@ constexpr int rowWidth( const std::size_t columns )
 template <int Size>
 KOKKOS_FORCEINLINE_FUNCTION void swapBlocks( LaneVector& a, LaneVector& b )
 {
-    const auto [above,
-                below] = [&]<int... L>( std::integer_sequence<int, L...> )
+    [&]<int... L>( std::integer_sequence<int, L...> )
     {
-        return std::pair(
-            __builtin_shufflevector(
-                a, b, ( L & Size ? lane_count + L - Size : L )... ),
-            __builtin_shufflevector(
-                a, b, ( L & Size ? lane_count + L : L + Size )... ) );
+        const LaneVector above = __builtin_shufflevector(
+            a, b, ( L & Size ? lane_count + L - Size : L )... );
+        b = __builtin_shufflevector(
+            a, b, ( L & Size ? lane_count + L : L + Size )... );
+        a = above;
     }
     ( std::make_integer_sequence<int, lane_count>() );
-    a = above;
-    b = below;
 }
 
 //! Adds rows of Width numbers, which start with the K values.
