@@ -13,6 +13,7 @@
 #include <core/conservative/mixing.hpp>
 #include <core/conservative/parts.hpp>
 #include <core/conservative/resolution.hpp>
+#include <core/conservative/stress.hpp>
 #include <core/method_defaults.hpp>
 #include <core/profile.hpp>
 
@@ -105,9 +106,7 @@ struct Conservative : MethodDefaults
                 NodeView( "Machpoint::faces", total, Impl::face_columns * Dim );
             inverse_filling =
                 NodeView( "Machpoint::inverseFilling", total, Dim );
-            stress =
-                makeNodeSum( "Machpoint::stress", state,
-                             Dim + ( parts.blend_in_compression > 0 ? 1 : 0 ) );
+            stress = makeNodeSum( "Machpoint::stress", state, Dim + 1 );
             if ( parts.pressure_relaxation > 0 )
             {
                 const Profile::Effect effect( "pressure relaxation" );
@@ -175,12 +174,10 @@ struct Conservative : MethodDefaults
             { Impl::depositParticles<Basis>( state, sums ); } );
     }
 
-    //! Sections 3 and 4: viscosity, pressure on faces.
-    //! \param viscosity adds q to the pressure of particles
-    template <class Basis, int Dim, class Viscosity>
+    //! Sections 3 and 4: rates, viscosity, pressure on faces.
+    template <class Basis, int Dim>
     static void stressForce( State<Dim>& state, Storage<Dim>& storage,
-                             EquationOfState<Dim>& gas,
-                             const Viscosity& viscosity )
+                             const EquationOfState<Dim>& gas )
     {
         const auto& parts = storage.parts;
         const auto& faces = storage.faces;
@@ -195,30 +192,25 @@ struct Conservative : MethodDefaults
                                           parts.least_filling );
             }
             state.halo.fillSides( faces, Impl::allFaceComponents<Dim>() );
-            Impl::gatherRates<Basis, true>( state, faces );
         }
         else
-        {
             Impl::measureFaces<false>( state, faces, storage.inverse_filling,
                                        parts.least_filling );
-            Impl::gatherRates<Basis, false>( state, faces );
-        }
-        viscosity();
-        if ( parts.midpoint )
-        {
-            const Profile::Effect effect( "midpoint" );
-            gas.advancePressure( state, 0.5 * state.dt );
-        }
-        auto& stress = storage.stress;
-        const Real kb = parts.blend_in_compression;
-        if ( kb > 0 )
-            stress.deposit(
-                [&]( const auto& sums )
-                { Impl::depositStress<true, Basis>( state, kb, sums ); } );
-        else
-            stress.deposit(
-                [&]( const auto& sums )
-                { Impl::depositStress<false, Basis>( state, kb, sums ); } );
+        const Impl::WorkingGas working{
+            state.viscosity, gas.response(),
+            parts.midpoint ? 0.5_rt * static_cast<Real>( state.dt ) : 0.0_rt,
+            parts.blend_in_compression * state.grid.minSpacing(),
+            parts.heat_mixing > 0 || state.images.count > 0 };
+        storage.stress.deposit(
+            [&]( const auto& sums )
+            {
+                if ( parts.viscosity_limiter )
+                    Impl::depositStress<true, Basis>( state, faces, working,
+                                                      sums );
+                else
+                    Impl::depositStress<false, Basis>( state, faces, working,
+                                                       sums );
+            } );
     }
 
     //! Section 4: force of the pressure, new velocity and blend.
@@ -228,16 +220,13 @@ struct Conservative : MethodDefaults
     {
         const auto& parts = storage.parts;
         auto& stress = storage.stress;
-        const bool blends = parts.blend_in_compression > 0;
-        const auto advance = [&]( const NodeRows& rows )
-        {
-            Impl::applyPressure( state, rows, storage.inverse_filling,
-                                 stress.field(), blends, parts.blend );
-        };
-        if ( blends )
-            stress.foldAndFill( state.halo, stressComponents<Dim>(), advance );
-        else
-            stress.foldAndFill( state.halo, faceComponents<Dim>(), advance );
+        stress.foldAndFill( state.halo, stressComponents<Dim>(),
+                            [&]( const NodeRows& rows )
+                            {
+                                Impl::applyPressure(
+                                    state, rows, storage.inverse_filling,
+                                    stress.field(), parts.blend );
+                            } );
     }
 
     //! Sections 5 to 7.

@@ -66,9 +66,8 @@ struct MethodDefaults
     }
 
     //! Between line 4 and line 5: what a force needs of the grid velocity.
-    template <class Basis, int Dim, class StorageType, class Viscosity>
-    static void stressForce( State<Dim>&, StorageType&, EquationOfState<Dim>&,
-                             const Viscosity& )
+    template <class Basis, int Dim, class StorageType>
+    static void stressForce( State<Dim>&, StorageType&, EquationOfState<Dim>& )
     {
     }
 

@@ -43,6 +43,27 @@ struct Nodes
     NodeView velocities;        //!< v_i [Dim], v'_i [Dim], and more
 };
 
+//! Artificial viscosity q = phi rho h |D| (c1 c + c2 h |D|) of gas that is
+//! compressed (docs/conservative.md, section 4).
+struct Viscosity
+{
+    bool acts = false;
+    Real linear = 0;    //!< c1
+    Real quadratic = 0; //!< c2
+};
+
+/*!
+  \brief How pressure answers a small change at one particle.
+
+  Along an isentrope p(rho) - p = K / g ((rho / rho_0)^g - 1) with K = rho c^2,
+  and heat adds (gruneisen) times its density.
+*/
+struct PressureResponse
+{
+    Real exponent;  //!< g; gamma of an ideal or a stiffened gas, exactly
+    Real gruneisen; //!< dp / d(rho e) at constant volume
+};
+
 /*!
   \brief Everything that a time step works on.
 
@@ -65,8 +86,8 @@ struct State
     //! Rates of the grid velocity at the particles; null where the method
     //! knows only the gradient that a particle carries.
     Sidecar<RateMembers>* rates = nullptr;
-    bool is_viscous = false; //!< does a module give rates a ViscousSpeed?
-    GasSurvey survey;        //!< of the last particleState
+    Viscosity viscosity; //!< that the method adds where it has rates
+    GasSurvey survey;    //!< of the last particleState
     //! Particles that the step may have moved out of this rank's box, and
     //! those that a module moves or marks besides. Before the step: scratch.
     RowList noted;
@@ -171,8 +192,6 @@ class Module
     //! Adds to the force on all stored nodes (Nodes::force_column), walls and
     //! neighbours folded in.
     virtual void gridForce( State<Dim>& ) {}
-    //! Adds a viscous pressure, from state.rates, to that of the particles.
-    virtual void viscousPressure( State<Dim>& ) {}
     //! Constrains a velocity on all stored nodes: once v, once v', and where
     //! the method has one, a velocity that only serves as a gradient. A rank
     //! constrains its halo as the neighbour does the same nodes, which stand
@@ -234,15 +253,8 @@ class EquationOfState : public Module<Dim>
     {
         state.survey = evaluate( state );
     }
-    /*!
-      \brief Pressures after `time` of isentropic change, plus viscous heat.
-
-      With J = max(.2, 1 + time D), D and q from state.rates (Expansion and
-      ViscousPressure) and rho D' that of Divergence:
-      pressure = p(rho / J, e_s - time q D' / rho) + q, where e_s is the energy
-      on the isentrope. On entry pressure = p(rho, e) + q.
-    */
-    virtual void advancePressure( State<Dim>&, Real time ) = 0;
+    //! For integrators that need the pressure of half a step.
+    virtual PressureResponse response() const = 0;
 };
 
 //! Vector from a resolved input array. \param json [Dim] numbers

@@ -562,16 +562,18 @@ class Sidecar : public SidecarBase
 
 //! What a method that forms the grid's divergence anew tells the effects of
 //! it, one entry per particle; zero for a particle that has just entered.
-using RateMembers = Cabana::MemberTypes<Real, Real, Real, Real, Real>;
+using RateMembers = Cabana::MemberTypes<Real, Real, Real, Real>;
 
 //! Names of the members of the rates.
 enum RateMember : std::size_t
 {
-    Divergence,      //!< D = div v(x_p) of the grid velocity, 1/time
-    Expansion,       //!< the same, of normalised volume, 1/time
-    Limiter,         //!< phi in [0, 1]: 0 where the flow is smooth
-    ViscousPressure, //!< q, pressure
-    ViscousSpeed     //!< phi (c1 c + c2 h |D|), length/time
+    WorkingPressure, //!< p + q, of the half step where the integrator has one
+    ViscousSpeed,    //!< phi (c1 c + c2 h |D|), length/time
+    //! \name Where what follows the stress asks for them
+    //! @{
+    Divergence, //!< D = div v(x_p) of the grid velocity, 1/time
+    Limiter     //!< phi in [0, 1]: 0 where the flow is smooth
+    //! @}
 };
 
 //! Particles and their copies that take more are not in the cache any more

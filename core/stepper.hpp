@@ -291,10 +291,7 @@ class Stepper : public Simulation
         constrain( { state.nodes.velocities, 0, Method::affine } ); // eq. 7
         {
             Profile::Phase phase( "stress" );
-            Method::template stressForce<Basis>(
-                state, _storage, *_scene.gas,
-                [this]
-                { each( "viscosity", &Module<Dim>::viscousPressure ); } );
+            Method::template stressForce<Basis>( state, _storage, *_scene.gas );
         }
         {
             Profile::Phase phase( "grid" );

@@ -31,7 +31,7 @@ struct Extrema
 struct GasSurvey
 {
     Real fastest = 0; //!< max of c + |v|
-    //! The same with twice the viscous speed, where State::is_viscous.
+    //! The same with twice the viscous speed, where State::viscosity acts.
     Real fastest_viscous = 0;
     Extrema extrema;
     int broken = -1; //!< a particle with a non-finite value or no volume

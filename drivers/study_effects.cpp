@@ -74,11 +74,12 @@ Json price( const Json& whole, const Json& without )
     return price;
 }
 
-//! Of passes that serve an effect alone; null if it has none.
+//! Of passes and memory that serve an effect alone; null if it has none.
 Json ownCost( const Json& record, const std::string& effect )
 {
     for ( const auto& entry : record.at( "effects" ) )
-        if ( entry.at( "name" ) == effect )
+        if ( entry.at( "name" ) == effect &&
+             ( entry.at( "kernels" ) > 0 || entry.at( "bytes" ) > 0 ) )
             return { { "kernels", entry.at( "kernels" ) },
                      { "seconds", entry.at( "share" ).get<double>() *
                                       record.at( "seconds" ).get<double>() },

@@ -73,7 +73,8 @@ class ArtificialViscosity : public Module<Dim>
 
     void initialize( State<Dim>& state ) override
     {
-        state.is_viscous = state.rates != nullptr;
+        if ( state.rates )
+            state.viscosity = { true, _linear, _quadratic };
     }
 
     //! With the gradient that the particle carries, where the method offers
@@ -99,38 +100,6 @@ class ArtificialViscosity : public Module<Dim>
                 if ( D < 0 )
                     pressure( p ) -=
                         m( p ) / V( p ) * h * D * ( c1 * c( p ) - c2 * h * D );
-            } );
-    }
-
-    //! With the divergence of the grid velocity, limited where it is smooth.
-    void viscousPressure( State<Dim>& state ) override
-    {
-        const auto m = state.particles.template slice<Mass>();
-        const auto V = state.particles.template slice<Volume>();
-        const auto pressure = state.particles.template slice<Pressure>();
-        const auto c = state.particles.template slice<SoundSpeed>();
-        const auto& rates = state.rates->data();
-        const auto divergence = Cabana::slice<Divergence>( rates );
-        const auto limiter = Cabana::slice<Limiter>( rates );
-        const auto viscous = Cabana::slice<ViscousPressure>( rates );
-        const auto speed = Cabana::slice<ViscousSpeed>( rates );
-        const Real c1 = _linear;
-        const Real c2 = _quadratic;
-        const Real h = state.grid.minSpacing();
-        const int n = state.particles.size();
-        forEachPack(
-            "Machpoint::viscousPressure", n,
-            KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-                const Lanes hD =
-                    h * Kokkos::min( load( divergence, p ), Lanes( 0.0 ) );
-                const Lanes s = choose( hD < Lanes( 0.0 ),
-                                        load( limiter, p ) *
-                                            ( c1 * load( c, p ) - c2 * hD ),
-                                        Lanes( 0.0 ) );
-                const Lanes q = -load( m, p ) / load( V, p ) * hD * s;
-                store( speed, s, p );
-                store( viscous, q, p );
-                store( pressure, load( pressure, p ) + q, p );
             } );
     }
 

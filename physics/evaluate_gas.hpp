@@ -35,7 +35,7 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
     typename Sidecar<RateMembers>::aosoa_type::template member_slice_type<
         ViscousSpeed>
         viscous;
-    const bool is_viscous = state.is_viscous;
+    const bool is_viscous = state.viscosity.acts;
     if ( is_viscous )
         viscous = Cabana::slice<ViscousSpeed>( state.rates->data() );
     const int n = state.particles.size();

@@ -5,7 +5,6 @@
 #ifndef MACHPOINT_IDEAL_GAS_HPP
 #define MACHPOINT_IDEAL_GAS_HPP
 
-#include <physics/advance_pressure.hpp>
 #include <physics/evaluate_gas.hpp>
 
 namespace Machpoint
@@ -42,9 +41,9 @@ class IdealGas : public EquationOfState<Dim>
         return evaluateGas( state, Formula{ _gamma } );
     }
 
-    void advancePressure( State<Dim>& state, const Real time ) override
+    PressureResponse response() const override
     {
-        Impl::advancePressure( state, time, _gamma, 0 );
+        return { _gamma, _gamma - 1 };
     }
 
     // Public only because nvcc wants the types of a kernel to be accessible.

@@ -5,7 +5,6 @@
 #ifndef MACHPOINT_STIFFENED_GAS_HPP
 #define MACHPOINT_STIFFENED_GAS_HPP
 
-#include <physics/advance_pressure.hpp>
 #include <physics/evaluate_gas.hpp>
 
 namespace Machpoint
@@ -53,9 +52,9 @@ class StiffenedGas : public EquationOfState<Dim>
         return evaluateGas( state, Formula{ _gamma, _reference } );
     }
 
-    void advancePressure( State<Dim>& state, const Real time ) override
+    PressureResponse response() const override
     {
-        Impl::advancePressure( state, time, _gamma, _reference );
+        return { _gamma, _gamma - 1 };
     }
 
     // Public only because nvcc wants the types of a kernel to be accessible.

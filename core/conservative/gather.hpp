@@ -177,7 +177,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto pressure = state.particles.template slice<Pressure>();
+    const auto pressure = Cabana::slice<WorkingPressure>( state.rates->data() );
     const auto c = state.particles.template slice<SoundSpeed>();
     const auto next_x = state.particles.template next<Position>();
     const auto next_v = state.particles.template next<Velocity>();
@@ -295,7 +295,7 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
     const auto C = state.particles.template slice<VelocityGradient>();
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
-    const auto pressure = state.particles.template slice<Pressure>();
+    const auto pressure = Cabana::slice<WorkingPressure>( state.rates->data() );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
