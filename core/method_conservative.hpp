@@ -71,6 +71,7 @@ struct Conservative : MethodDefaults
         NodeSum stress;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
+        Impl::HalfCellMarks marks; //!< scratch of merging
         //! \name Scratch of heat mixing and pressure relaxation
         //! @{
         NodeSum means, sums;
@@ -107,6 +108,13 @@ struct Conservative : MethodDefaults
             inverse_filling =
                 NodeView( "Machpoint::inverseFilling", total, Dim );
             stress = makeNodeSum( "Machpoint::stress", state, Dim + 1 );
+            if ( parts.merge_volume > 0 )
+            {
+                const Profile::Effect effect( "merging" );
+                marks =
+                    Impl::HalfCellMarks( "Machpoint::halfCellMarks",
+                                         state.layout.box.totalCells() << Dim );
+            }
             if ( parts.pressure_relaxation > 0 )
             {
                 const Profile::Effect effect( "pressure relaxation" );
@@ -143,7 +151,8 @@ struct Conservative : MethodDefaults
         if ( parts.merge_volume > 0 && state.step % merge_every == 0 )
         {
             const Profile::Effect effect( "merging" );
-            Impl::mergeParticles<Basis, Dim>( state, *storage.history, parts );
+            Impl::mergeParticles<Basis, Dim>( state, *storage.history,
+                                              storage.marks, parts );
         }
         // Last: until the end of the step a half may stand beyond its rank's
         // box.

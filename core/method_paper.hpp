@@ -141,7 +141,7 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
                 volume * Kokkos::max( 1 + dt * D, Lanes( least ) ); // 9c
             store( next_e, new_e, p );
             store( next_V, new_V, p );
-            note( p, new_x, loadVector<Dim>( new_v, p ), new_V, new_e );
+            note( p, old_x, new_x, loadVector<Dim>( new_v, p ), new_V, new_e );
         } );
 }
 } // namespace Impl

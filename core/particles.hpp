@@ -634,13 +634,6 @@ class Particles
             sidecar->beginStep( keeps );
         _streams = keeps && bytesPerParticle() * size() > cached_bytes;
     }
-    //! A member as it was when the step began, if it keeps the old state.
-    template <std::size_t M>
-    auto start() const
-    {
-        static_assert( isAdvanced( M ) );
-        return Cabana::slice<M>( _aosoa );
-    }
     //! A member of the new state.
     template <std::size_t M>
     auto next() const

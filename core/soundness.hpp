@@ -36,52 +36,70 @@ isSound( const VectorOf<Dim, Number>& moved, const VectorOf<Dim, Number>& v,
 /*!
   \brief What the last kernel of a step notes of the particles that it moves,
   so that they need not be read again: those that may leave the rank's box
-  (State::noted), and that one may not be sound (State::suspicion).
+  (State::noted), and that one may not be sound (State::suspicion). A kernel
+  that moves them for a part of the step ahead of it asks lookAtMove.
 */
-template <int Dim, class Positions>
+template <int Dim>
 struct Watch
 {
-    Positions start;
     Bounds<Dim> bounds;
-    Vector<Dim> spacing;
+    Vector<Dim> farthest; //!< that a particle may move in this kernel
     RowList noted;
     Kokkos::View<int, MemorySpace> suspicion;
     Real least_energy;
     bool returns; //!< is there a state to return to?
 
-    //! The pack's new state.
-    KOKKOS_FORCEINLINE_FUNCTION void operator()( const Pack p,
-                                                 const VectorOf<Dim, Lanes>& x,
-                                                 const VectorOf<Dim, Lanes>& v,
-                                                 const Lanes& volume,
-                                                 const Lanes& energy ) const
+    //! The pack's new state. \param old_x where the kernel found it
+    KOKKOS_FORCEINLINE_FUNCTION void
+    operator()( const Pack p, const VectorOf<Dim, Lanes>& old_x,
+                const VectorOf<Dim, Lanes>& x, const VectorOf<Dim, Lanes>& v,
+                const Lanes& volume, const Lanes& energy ) const
     {
-        const LaneMask moved = active( p );
-        noted.note( p, moved && bounds.excludes( x ) );
+        const LaneMask counts = active( p );
+        noted.note( p, counts && bounds.excludes( x ) );
         if ( !returns )
             return;
         VectorOf<Dim, Lanes> way{};
         for ( int d = 0; d < Dim; ++d )
-            way[d] = x[d] - load( start, p, d );
-        if ( any( moved && !isSound<Dim>( way, v, volume, energy, spacing,
-                                          least_energy ) ) )
-            Kokkos::atomic_store( &suspicion(), 1 );
+            way[d] = x[d] - old_x[d];
+        if ( any( counts && !isSound<Dim>( way, v, volume, energy, farthest,
+                                           least_energy ) ) )
+            suspect();
+    }
+
+    //! Of a kernel that moves particles ahead of it.
+    KOKKOS_FORCEINLINE_FUNCTION void
+    lookAtMove( const Pack p, const VectorOf<Dim, Lanes>& way ) const
+    {
+        if ( !returns )
+            return;
+        LaneMask near = Kokkos::abs( way[0] ) <= Lanes( farthest[0] );
+        for ( int d = 1; d < Dim; ++d )
+            near = near && Kokkos::abs( way[d] ) <= Lanes( farthest[d] );
+        if ( any( active( p ) && !near ) )
+            suspect();
+    }
+
+    KOKKOS_FORCEINLINE_FUNCTION void suspect() const
+    {
+        Kokkos::atomic_store( &suspicion(), 1 );
     }
 };
 
 //! The watch of a kernel of this step.
+//! \param part of the step's motion that is the kernel's, of a cell at most
 template <int Dim>
-auto watch( const State<Dim>& state )
+Watch<Dim> watch( const State<Dim>& state, const Real part = 1 )
 {
-    const auto start = state.particles.template start<Position>();
-    return Watch<Dim, decltype( start )>{
-        start,
-        boxBounds( state.grid, state.layout.box ),
-        state.grid.spacing,
-        state.noted,
-        state.suspicion,
-        state.least_energy,
-        state.particles.keeps() };
+    auto farthest = state.grid.spacing;
+    for ( int d = 0; d < Dim; ++d )
+        farthest[d] *= part;
+    return { boxBounds( state.grid, state.layout.box ),
+             farthest,
+             state.noted,
+             state.suspicion,
+             state.least_energy,
+             state.particles.keeps() };
 }
 
 } // namespace Machpoint

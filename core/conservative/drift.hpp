@@ -8,6 +8,7 @@
 
 #include <core/basis.hpp>
 #include <core/module.hpp>
+#include <core/soundness.hpp>
 
 namespace Machpoint
 {
@@ -58,6 +59,7 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
     const auto next_V = state.particles.template next<Volume>();
     const auto next_C = state.particles.template next<VelocityGradient>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
+    const auto note = watch( state, 0.5_rt );
     const auto grid = state.grid;
     const Real half = 0.5_rt * state.dt;
     const int n = state.particles.size();
@@ -65,14 +67,15 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
         "Machpoint::driftParticles", n,
         KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             Lanes heat( 0.0 );
+            VectorOf<Dim, Lanes> way{};
             store( next_V,
                    load( V, p ) * driftFactor( half, load( expansion, p ) ),
                    p );
             for ( int b = 0; b < Dim; ++b )
             {
                 const Lanes before = load( x, p, b );
-                const Lanes after =
-                    before + half * ( load( v, p, b ) + load( extra, p, b ) );
+                way[b] = half * ( load( v, p, b ) + load( extra, p, b ) );
+                const Lanes after = before + way[b];
                 store( next_x, after, p, b );
                 if ( !Basis::constant_moment )
                 {
@@ -91,6 +94,7 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
                     }
                 }
             }
+            note.lookAtMove( p, way );
             if ( !Basis::constant_moment )
                 store( next_e, load( e, p ) + heat, p );
         } );

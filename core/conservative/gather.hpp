@@ -184,7 +184,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto next_C = state.particles.template next<VelocityGradient>();
     const auto next_V = state.particles.template next<Volume>();
     const auto next_e = state.particles.template next<SpecificInternalEnergy>();
-    const auto note = watch( state );
+    const auto note = watch( state, midpoint ? 0.5_rt : 1.0_rt );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -275,7 +275,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                                     Lanes( 0.25 ) );
             }
             store( next_V, volume, p );
-            note( p, new_x, new_v, volume, new_e );
+            note( p, old_x, new_x, new_v, volume, new_e );
         } );
 }
 

@@ -18,7 +18,7 @@ namespace Machpoint
 
 //! What halving and merging remember of a particle: accumulated stretch along
 //! each axis, volume change apart, and the mass it started with, which is zero
-//! until a particle has been large or small.
+//! until a particle was to be halved or might have merged.
 template <int Dim>
 using HistoryMembers = Cabana::MemberTypes<Real[Dim], Real>;
 
@@ -213,6 +213,9 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
         } );
 }
 
+//! A mark on every half-cell of a rank's box.
+using HalfCellMarks = Kokkos::View<unsigned char*, MemorySpace>;
+
 //! Half-cell of a position within a rank's box, x fastest.
 template <int Dim>
 KOKKOS_INLINE_FUNCTION int
@@ -238,9 +241,11 @@ halfCell( const Grid<Dim>& grid, const CellBox<Dim>& box, const Vector<Dim>& x )
   |v|^2/2 + moment |C|^2/2 into e, so mass, momentum, volume and energy stay.
   Similar: |e1 - e2| < .1 (e1 + e2), |dv| < .2 c; no result is heavier than
   four times what its parts started with.
+  \param marks all zero, on entry and on return
 */
 template <class Basis, int Dim>
 void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
+                     const HalfCellMarks& marks,
                      const ConservativeParts& parts )
 {
     const auto x = state.particles.template slice<Position>();
@@ -260,53 +265,60 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
         grid.cellVolume();
     const int n = state.particles.size();
     const auto box = state.layout.box;
-    // Those of a pack, often none.
-    auto smallOf = KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE
-    {
-        return active( p ) && load( V, p ) < Lanes( largest );
-    };
-    int small = 0;
-    Kokkos::parallel_reduce(
-        "Machpoint::countSmall", Range( 0, countPacks( n ) ),
-        KOKKOS_LAMBDA( const int k, int& count ) {
-            const Pack p = Pack::of( k, n );
-            const LaneMask which = smallOf( p );
-            if ( any( which ) )
-                for ( int l = 0; l < p.count; ++l )
-                    count += lane( which, l ) ? 1 : 0;
-        },
-        small );
-    if ( small < 2 )
+    // Of a pair one has less than half of the volume that the two may have, so
+    // half-cells without such a one are left alone: nearly all where the gas is
+    // only compressed.
+    RowList& noted = state.noted;
+    noted.clear( n );
+    forEachPack(
+        "Machpoint::noteTiny", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+            noted.note( p, active( p ) &&
+                               load( V, p ) < Lanes( 0.5_rt * largest ) );
+        } );
+    if ( noted.count() == 0 )
         return;
-    IndexList rows( "Machpoint::smallParticles", small );
+    const auto tiny = noted.rows(
+        n, KOKKOS_LAMBDA( const int p ) { return V( p ) < 0.5_rt * largest; } );
+    Kokkos::parallel_for(
+        "Machpoint::markHalfCells", Range( 0, tiny.extent_int( 0 ) ),
+        KOKKOS_LAMBDA( const int k ) {
+            marks( halfCell<Dim>( grid, box, get<Dim>( x, tiny( k ) ) ) ) = 1;
+        } );
+    auto isCandidate = KOKKOS_LAMBDA( const int p )
+    {
+        return V( p ) < largest &&
+               marks( halfCell<Dim>( grid, box, get<Dim>( x, p ) ) ) != 0;
+    };
+    noted.clear( n );
+    forEachPack(
+        "Machpoint::noteSmall", n,
+        KOKKOS_LAMBDA( const Pack pack ) MACHPOINT_INLINE {
+            if ( any( load( V, pack ) < Lanes( largest ) ) )
+                forEachOf( pack,
+                           [&]( const int p )
+                           {
+                               if ( isCandidate( p ) )
+                                   noted.note( p );
+                           } );
+        } );
+    const auto rows = noted.rows( n, isCandidate );
+    const int small = rows.extent_int( 0 );
     IndexList keys( "Machpoint::halfCells", small );
-    Kokkos::parallel_scan(
-        "Machpoint::findSmall", Range( 0, countPacks( n ) ),
-        KOKKOS_LAMBDA( const int k, int& next, const bool final ) {
-            const Pack pack = Pack::of( k, n );
-            const LaneMask which = smallOf( pack );
-            if ( !any( which ) )
-                return;
-            for ( int l = 0; l < pack.count; ++l )
-            {
-                if ( !lane( which, l ) )
-                    continue;
-                const int p = pack.first + l;
-                if ( final )
-                {
-                    if ( original( p ) == 0 )
-                        original( p ) = m( p );
-                    rows( next ) = p;
-                    keys( next ) = halfCell<Dim>( grid, box, get<Dim>( x, p ) );
-                }
-                ++next;
-            }
+    Kokkos::parallel_for(
+        "Machpoint::halfCellOfParticle", Range( 0, small ),
+        KOKKOS_LAMBDA( const int k ) {
+            const int p = rows( k );
+            keys( k ) = halfCell<Dim>( grid, box, get<Dim>( x, p ) );
+            marks( keys( k ) ) = 0;
+            if ( original( p ) == 0 )
+                original( p ) = m( p );
         } );
     state.particles.keepIdentities( rows );
     const auto order = Cabana::sortByKey( keys );
     IndexList ordered( "Machpoint::orderedParticles", small );
-    const RowList& merged = state.noted;
-    state.noted.clear( n );
+    RowList& merged = state.noted;
+    merged.clear( n );
     Kokkos::parallel_for(
         "Machpoint::mergeParticles", Range( 0, small ),
         KOKKOS_LAMBDA( const int begin ) {
