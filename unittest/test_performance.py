@@ -351,7 +351,8 @@ class GpuCodeTest(unittest.TestCase):
                    ("sumParticles", "2", 1, gpu_code.Code(167, 1344, {}))]
         text, local = gpu_code.section(kernels)
         self.assertEqual(local, [kernels[1]])
-        self.assertIn("| stress | `Quadratic, 2`, 1 | 56 | 36 | 216 | 3 |", text)
+        self.assertIn("| rates, viscosity, stress | `Quadratic, 2`, 1 | 56 | 36 | "
+                      "216 | 3 |", text)
         self.assertIn("`sumParticles`.", text)
 
     def test_doubles_in_single_precision_are_reported(self):

@@ -86,16 +86,17 @@ class WorkOfStep
                      stencil() + N * ( 3 + 5 * D + 2 * affine ) );
     }
 
-    //! `conservative`: x, C, m, V, p, c, and four rates written; on nodes
+    //! `conservative`: x, C off its diagonal, m, V, p, c read, the working
+    //! pressure written, and where heat mixes, in 1D, two rates; on nodes
     //! theta, v, 1/den, four fields on faces, their pressure and the blend.
     Work stress() const
     {
         if ( !is_conservative )
             return {};
-        return work( D + D * D + 4 + 4, 8 * D + ( blends() ? 1 : 0 ),
-                     stencil() + 13 * faces +
-                         ( blends() ? 3 * stencil_nodes + 5 : 0 ) +
-                         1.5 * D * ( D - 1 ) + 10,
+        const Real power = s.midpoint ? 60 : 0;
+        return work( D * D + 4 + 1 + ( s.dim == 1 ? 2 : 0 ), 8 * D + 1,
+                     2 * stencil() + 13 * faces + 3 * stencil_nodes + 5 +
+                         1.5 * D * ( D - 1 ) + 10 + power,
                      D * ( 2 + 3 + 9 ) );
     }
 
@@ -103,8 +104,8 @@ class WorkOfStep
     //! stands beside the old one. `paper` needs no C, reads the new v again,
     //! and writes and reads a second velocity on nodes; `conservative` reads c,
     //! beta, theta and 1/den and writes two fields on faces, and with
-    //! `midpoint` reads where the particle started and the expansion that it
-    //! remembers, and writes what it will.
+    //! `midpoint` reads the expansion that the particle remembers, and writes
+    //! that and the velocity that it will.
     Work gridToParticles() const
     {
         const Real N = stencil_nodes;
@@ -119,7 +120,7 @@ class WorkOfStep
         const Real tail = 4 * D + 5 * D * D + 12;
         if ( is_conservative )
             return work( 2 * D + D * D + 5 + written +
-                             ( s.midpoint ? 2 * D + 2 : 0 ),
+                             ( s.midpoint ? D + 2 : 0 ),
                          2 * D + 1 + D + D + 2 * D,
                          stencil() + N * ( 2 + D * ( 13 + 4 * D ) ) +
                              8 * faces + tail + 20,
@@ -136,8 +137,7 @@ class WorkOfStep
         const Real moved = 1 + 2 * D + 2 * D;
         if ( !is_conservative )
             return work( 0, moved, 0, 4 * D );
-        return work( 0, moved + 2 * D + ( blends() ? 2 : 1 ), 0,
-                     4 * D + 5 * D + 3 );
+        return work( 0, moved + 2 * D + 2, 0, 4 * D + 5 * D + 3 );
     }
 
     //! v, m, V, e read; p, c written, and the gas surveyed.
@@ -156,9 +156,6 @@ class WorkOfStep
     }
 
   private:
-    //! Does the stress have a sum of the blend?
-    bool blends() const { return s.dim > 1; }
-
     static constexpr Real column = sizeof( Real );
 
     //! \param particle, node columns moved
