@@ -175,7 +175,7 @@ void depositStress( const State<Dim>& state, const NodeView& faces,
         KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
                        Rates& seen ) MACHPOINT_INLINE {
             Lanes squares( 0.0 ); // |curl C|^2
-            if constexpr ( Limited )
+            if ( Limited )
                 for ( int a = 0; a < Dim; ++a )
                     for ( int b = a + 1; b < Dim; ++b )
                     {
