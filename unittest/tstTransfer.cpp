@@ -1,9 +1,15 @@
 // P2G and the node update: exactness on linear fields and conservation.
 #include "scenes.hpp"
 
-#include <core/conservative/faces.hpp>
+#include <core/conservative/stress.hpp>
 #include <core/scene.hpp>
 #include <core/transfer.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <set>
+#include <string>
 
 namespace
 {
@@ -318,6 +324,116 @@ TYPED_TEST( Transfer, packsAddWhatTheirParticlesAdd )
     expectSameTerms<Impl::FaceTerms<Dim, 0, 1>, Basis>( state );
     expectSameTerms<Impl::FaceTerms<Dim, Impl::theta_column<Dim>, 0>, Basis>(
         state );
+}
+
+//! Numbers that look random, the same everywhere. \param bits where they go on
+void fillUnevenly( const NodeView& field, const Real least, const Real most,
+                   std::uint32_t& bits )
+{
+    const auto host = Kokkos::create_mirror_view( field );
+    for ( std::size_t i = 0; i < host.extent( 0 ); ++i )
+        for ( std::size_t c = 0; c < host.extent( 1 ); ++c )
+        {
+            bits = 1664525u * bits + 1013904223u;
+            host( i, c ) = least + ( most - least ) * ( bits / 4294967296.0 );
+        }
+    Kokkos::deep_copy( field, host );
+}
+
+// docs/conservative.md, section 4: the limiter by the ratios of neighbouring
+// differences, which the kernel does without.
+TYPED_TEST( Transfer, facesAreLimitedByTheirNeighbours )
+{
+    constexpr int Dim = TypeParam::dimension;
+    const Box<typename TypeParam::basis, Dim> box( "periodic" );
+    const auto& state = box.scene.state;
+    const auto& layout = state.layout;
+    const Real least = 0.4;
+    const NodeView faces( "faces", layout.total, Impl::face_columns * Dim );
+    const NodeView inverse( "inverse", layout.total, Dim );
+    std::set<std::string> seen; // kinds of faces
+    std::uint32_t bits = 1;
+    for ( int round = 0; round < 200; ++round )
+    {
+        fillUnevenly( state.nodes.moments, 0, 1.5, bits );
+        fillUnevenly( state.nodes.velocities, -1, 1, bits );
+        Impl::measureFaces<true>( state, faces, inverse, least );
+        const auto found = copy( faces );
+        const auto theta = copy( state.nodes.moments );
+        const auto v = copy( state.nodes.velocities );
+        for ( int a = 0; a < Dim; ++a )
+        {
+            const int stride = layout.stride[a];
+            auto difference = [&]( const int i ) {
+                return ( v( i + stride, a ) - v( i, a ) ) /
+                       state.grid.spacing[a];
+            };
+            for ( int i = stride; i + 2 * stride < layout.total; ++i )
+            {
+                const Real d = difference( i );
+                const Real l = difference( i - stride ) / d;
+                const Real r = difference( i + stride ) / d;
+                const Real psi = std::max(
+                    Real( 0 ),
+                    std::min( { ( l + r ) / 2, 2 * l, 2 * r, Real( 1 ) } ) );
+                const Real closing = std::max( -d, Real( 0 ) );
+                const Real filling =
+                    std::max( theta( i, Impl::theta_column<Dim> + a ), least );
+                const int face = Impl::face_columns * a;
+                const Real small = tolerance( 1e-12 ) / state.grid.spacing[a];
+                EXPECT_NEAR( found( i, face + Impl::Difference ), d, small );
+                EXPECT_NEAR( found( i, face + Impl::Normalised ), d / filling,
+                             small );
+                EXPECT_NEAR( found( i, face + Impl::Closing ), closing, small );
+                EXPECT_NEAR( found( i, face + Impl::Rough ),
+                             ( 1 - psi ) * closing, small );
+                if ( d < 0 )
+                    seen.insert( psi == 0   ? "jump"
+                                 : psi == 1 ? "linear"
+                                            : "between" );
+            }
+        }
+    }
+    EXPECT_EQ( seen, ( std::set<std::string>{ "jump", "linear", "between" } ) );
+}
+
+// p(rho, e) of a stiffened gas on the isentrope, and the heat of the viscosity.
+TEST( WorkingGas, pressureFollowsTheIsentrope )
+{
+    const Real gamma = 4.4;
+    const Real p_inf = 6;
+    const Real rho = 1.3;
+    const Real p = 2;
+    const Real q = 0.7;
+    const Real time = 0.05;
+    const Real sound = std::sqrt( gamma * ( p + p_inf ) / rho );
+    Impl::WorkingGas gas{
+        { true, 0.5, 1 }, { gamma, gamma - 1 }, time, 0, false };
+    for ( const Real D : { -3.0, -0.5, 0.0, 0.5, 3.0 } )
+    {
+        const Impl::Rates rates{ Lanes( D ), Lanes( 1.1 * D ), Lanes( 1.0 ) };
+        auto pressure = [&]
+        {
+            return lane( gas.pressure( rates, Lanes( p ), Lanes( q ),
+                                       Lanes( rho ), Lanes( sound ) ),
+                         0 );
+        };
+        gas.ahead = time;
+        const Real J = 1 + time * 1.1 * D;
+        EXPECT_NEAR( pressure(),
+                     ( p + p_inf ) * std::pow( J, -gamma ) - p_inf + q -
+                         ( gamma - 1 ) * time * q * D / J,
+                     tolerance( 1e-9 ) );
+        gas.ahead = 0;
+        EXPECT_NEAR( pressure(), p + q, tolerance( 1e-14 ) );
+    }
+    // Torn apart: nothing but the vacuum's -p_inf, and q.
+    gas.ahead = time;
+    const Impl::Rates rates{ Lanes( 900.0 ), Lanes( 900.0 ), Lanes( 1.0 ) };
+    EXPECT_NEAR( lane( gas.pressure( rates, Lanes( p ), Lanes( q ),
+                                     Lanes( rho ), Lanes( sound ) ),
+                       0 ),
+                 -p_inf + q, tolerance( 1e-12 ) );
 }
 
 } // namespace
