@@ -27,7 +27,8 @@ namespace Machpoint
   sign; it does no work, so `apic` keeps its energy balance. The unilateral
   one removes it only where gas runs into the solid. A particle that got
   inside is put on the surface, its velocity untouched. Reports the force on
-  the solid and the mean pressure within one cell of its surface, per step.
+  the solid and the mean of the pressure that exerts force, artificial viscosity
+  included, within one cell of its surface, per step.
 */
 template <int Dim>
 class Obstacle : public Module<Dim>
@@ -200,6 +201,12 @@ class Obstacle : public Module<Dim>
             findNear( state, h );
         const auto V = state.particles.template slice<Volume>();
         const auto pressure = state.particles.template slice<Pressure>();
+        const bool has_rates = state.rates;
+        typename Sidecar<RateMembers>::aosoa_type::template member_slice_type<
+            WorkingPressure>
+            working;
+        if ( has_rates )
+            working = Cabana::slice<WorkingPressure>( state.rates->data() );
         const auto noted = state.noted;
         const auto rows = _near;
         const Real cell_volume = state.grid.cellVolume();
@@ -215,7 +222,7 @@ class Obstacle : public Module<Dim>
                     return;
                 // One particle of a thin wake must not outweigh all others.
                 const Real weight = Kokkos::min( V( p ), cell_volume );
-                pV += pressure( p ) * weight;
+                pV += ( has_rates ? working( p ) : pressure( p ) ) * weight;
                 sum += weight;
                 if ( distance < 0 )
                     noted.note( p );

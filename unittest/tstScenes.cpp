@@ -506,6 +506,43 @@ TEST( Obstacle, keepsParticlesOut )
         }
 }
 
+// The surface sees the pressure that exerts force. Of two scenes that are the
+// same up to the first step in which viscosity acts, the one with viscosity has
+// more of it in that step.
+TEST( Obstacle, surfaceSeesTheViscousPressure )
+{
+    for ( const auto& method : methods )
+        for ( const std::string treatment : { "images", "projection" } )
+        {
+            if ( method != "conservative" && treatment == "images" )
+                continue;
+            // A method without rates of its own takes those of the last step.
+            const int steps = method == "conservative" ? 1 : 2;
+            std::vector<Real> pressures;
+            for ( const bool viscous : { false, true } )
+            {
+                auto input = box( 2, 24, 2, method,
+                                  method == "paper" ? "linear" : "quadratic",
+                                  "periodic" );
+                if ( viscous )
+                    addViscosity( input );
+                input["initial"][0]["velocity"] = { 3, 0 };
+                input["boundary"].push_back( { { "type", "obstacle" },
+                                               { "treatment", treatment },
+                                               { "shape",
+                                                 { { "type", "sphere" },
+                                                   { "center", { 0.5, 0.5 } },
+                                                   { "radius", 0.2 } } } } );
+                auto run = simulate( input );
+                advance( *run, steps );
+                pressures.push_back(
+                    run->series().at( 0 )->rows.back().back() );
+            }
+            EXPECT_GT( pressures[1], 1.05 * pressures[0] )
+                << method << ' ' << treatment;
+        }
+}
+
 // Bilateral projection does no work: a closed box with a cylinder keeps its
 // energy.
 TEST( Obstacle, projectionDoesNoWork )
