@@ -103,7 +103,8 @@ class ArtificialViscosity : public Module<Dim>
             } );
     }
 
-    //! Viscosity diffuses: its wave speed is twice c1 c + c2 h |D| on top.
+    //! Viscosity diffuses: its wave speed is twice c1 c + c2 h |D| on top of c,
+    //! in the frame of the gas (docs/method.md, section 6).
     Real limitTimeStep( State<Dim>& state ) override
     {
         const Real fastest = state.rates ? state.survey.fastest_viscous
@@ -116,7 +117,6 @@ class ArtificialViscosity : public Module<Dim>
     // be accessible.
     Real fastestCarried( const State<Dim>& state ) const
     {
-        const auto v = state.particles.template slice<Velocity>();
         const auto L = state.particles.template slice<VelocityGradient>();
         const auto c = state.particles.template slice<SoundSpeed>();
         const Real c1 = _linear;
@@ -131,10 +131,8 @@ class ArtificialViscosity : public Module<Dim>
                     D += L( p, d, d );
                 if ( D >= 0 )
                     return;
-                const auto u = get<Dim>( v, p );
-                const Real speed = c( p ) + Kokkos::sqrt( dot<Dim>( u, u ) ) +
-                                   2 * ( c1 * c( p ) - c2 * h * D );
-                max = Kokkos::max( max, speed );
+                max = Kokkos::max( max,
+                                   c( p ) + 2 * ( c1 * c( p ) - c2 * h * D ) );
             },
             Kokkos::Max<Real>( fastest ) );
         return fastest;

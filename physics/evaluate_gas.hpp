@@ -63,8 +63,7 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
                 const Lanes speed = Kokkos::sqrt( dot<Dim>( u, u ) );
                 seen.look( p, speed, sound, volume, density, energy );
                 if ( is_viscous )
-                    seen.lookAtViscosity( p, sound + speed +
-                                                 2 * load( viscous, p ) );
+                    seen.lookAtViscosity( p, sound + 2 * load( viscous, p ) );
             }
             sum += seen.result();
         },

@@ -216,8 +216,9 @@ class DryRun(PriceTest):
         told = self.estimate(scene, *sets, ranks=ranks)
         _, real = self.run_scene(scene, *sets, ranks=ranks)
         self.assertEqual(told["particles_initial"], real["particles_initial"])
-        for key in ["steps", "particles_final"]:
-            self.assertAlmostEqual(told[key] / real[key], 1, delta=0.05,
+        # Which particles merge depends on the grid more than waves do.
+        for key, delta in [("steps", 0.05), ("particles_final", 0.1)]:
+            self.assertAlmostEqual(told[key] / real[key], 1, delta=delta,
                                    msg=key)
         self.assertAlmostEqual(
             told["mebibytes"] * 2**20 / real["peak_memory_bytes"], 1,
