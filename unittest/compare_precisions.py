@@ -75,8 +75,10 @@ class Precisions(unittest.TestCase):
         double, single = self.summaries(
             "cylinder_mach3", "grid.cells=[80,40]", "time.end=1")
         self.assertEqual(single["retries"], 0)
-        for key in "particles_final", "steps":
-            self.assertLess(abs(single[key] / double[key] - 1), 1e-2, key)
+        # The time step is that of the one fastest particle, which round-off moves:
+        # it makes another pair merge.
+        for key, bound in ("particles_final", 1e-2), ("steps", 3e-2):
+            self.assertLess(abs(single[key] / double[key] - 1), bound, key)
         drag = [numpy.loadtxt(self.folder / pathlib.Path(build).parent.name /
                               "series/cylinder.csv", delimiter=",",
                               skiprows=1)[-50:, 1].mean()
