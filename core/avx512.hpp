@@ -1,7 +1,8 @@
 /*!
   \file avx512.hpp
   \brief Layer 2: columns of nodes in registers of AVX-512, a lane for each
-  particle of a pack, for core/lanes.hpp.
+  particle of a pack, for core/lanes.hpp: its `Registers`, or those of
+  core/avx2.hpp.
 
   Node row[l] starts row[l] * columns numbers behind `first`; lane l of a
   register gets its number. Rows are read whole and turned into registers of
@@ -10,16 +11,12 @@
 #ifndef MACHPOINT_AVX512_HPP
 #define MACHPOINT_AVX512_HPP
 
-#include <core/types.hpp>
+#include <core/avx2.hpp>
 
 #ifdef KOKKOS_ARCH_AVX512XEON
-#define MACHPOINT_HAS_AVX512
-#ifndef MACHPOINT_PRECISION_SINGLE
-#define MACHPOINT_PAIRS_ARE_NEIGHBOURS
+#ifdef MACHPOINT_PRECISION_SINGLE
+#define MACHPOINT_HAS_REGISTERS
 #endif
-#include <immintrin.h>
-
-#include <cstddef>
 
 namespace Machpoint::Avx512
 {
@@ -120,12 +117,8 @@ KOKKOS_FORCEINLINE_FUNCTION void storePairs( const __m512d a, const __m512d b,
 template <int Width, int Seconds>
 KOKKOS_FORCEINLINE_FUNCTION auto choiceOf( const double* const pair )
 {
-    if constexpr ( Width == 2 )
-        return _mm_permute_pd( _mm_load_pd( pair ), Seconds );
-    else if constexpr ( Width == 4 )
-        return _mm256_permute_pd(
-            _mm256_broadcast_pd( reinterpret_cast<const __m128d*>( pair ) ),
-            Seconds );
+    if constexpr ( Width < 8 )
+        return Avx2::choiceOf<Width, Seconds>( pair );
     else
         return _mm512_permute_pd( _mm512_broadcast_f64x2( _mm_load_pd( pair ) ),
                                   Seconds );
@@ -136,25 +129,16 @@ template <int Width, std::size_t Pairs>
 KOKKOS_FORCEINLINE_FUNCTION auto
 joinedRow( const double* const ( &pair )[Pairs] )
 {
-    const __m128d first = _mm_load_pd( pair[0] );
-    if constexpr ( Width == 2 )
-        return first;
+    if constexpr ( Width < 8 )
+        return Avx2::joinedRow<Width>( pair );
     else
     {
-        __m256d lower = _mm256_zextpd128_pd256( first );
-        if constexpr ( Pairs > 1 )
-            lower = _mm256_insertf128_pd( lower, _mm_load_pd( pair[1] ), 1 );
-        if constexpr ( Width == 4 )
-            return lower;
-        else
-        {
-            __m512d row = _mm512_zextpd256_pd512( lower );
-            if constexpr ( Pairs > 2 )
-                row = _mm512_insertf64x2( row, _mm_load_pd( pair[2] ), 2 );
-            if constexpr ( Pairs > 3 )
-                row = _mm512_insertf64x2( row, _mm_load_pd( pair[3] ), 3 );
-            return row;
-        }
+        __m512d row = _mm512_zextpd256_pd512( Avx2::joinedRow<4>( pair ) );
+        if constexpr ( Pairs > 2 )
+            row = _mm512_insertf64x2( row, _mm_load_pd( pair[2] ), 2 );
+        if constexpr ( Pairs > 3 )
+            row = _mm512_insertf64x2( row, _mm_load_pd( pair[3] ), 3 );
+        return row;
     }
 }
 //! @}
@@ -298,5 +282,14 @@ KOKKOS_FORCEINLINE_FUNCTION void loadColumns( const float* const first,
 
 } // namespace Machpoint::Avx512
 
+namespace Machpoint
+{
+namespace Registers = Avx512;
+}
+#elif defined( MACHPOINT_HAS_REGISTERS )
+namespace Machpoint
+{
+namespace Registers = Avx2;
+}
 #endif
 #endif

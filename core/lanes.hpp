@@ -45,10 +45,10 @@ using Lanes = Kokkos::Experimental::simd<
     Real, static_cast<int>( Kokkos::Experimental::simd<double>::size() *
                             ( sizeof( double ) / sizeof( Real ) ) )>;
 #endif
-#ifdef MACHPOINT_HAS_AVX512
+#ifdef MACHPOINT_HAS_REGISTERS
 //! The register of Lanes.
 using LaneRegister =
-    decltype( Avx512::gather( std::declval<const Real*>(), nullptr, 0 ) );
+    decltype( Registers::gather( std::declval<const Real*>(), nullptr, 0 ) );
 #endif
 //! A truth value of each particle of a pack.
 using LaneMask = typename Lanes::mask_type;
@@ -304,12 +304,12 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
                                         const Lanes& value, const Pack p,
                                         const D... d )
 {
-#ifdef MACHPOINT_HAS_AVX512
+#ifdef MACHPOINT_HAS_REGISTERS
     static_assert( Slice::soa_stride % lane_count == 0 );
     if ( written.streams )
     {
-        Avx512::stream( &written.slice( p.first, d... ),
-                        static_cast<LaneRegister>( value ) );
+        Registers::stream( &written.slice( p.first, d... ),
+                           static_cast<LaneRegister>( value ) );
         return;
     }
 #endif
@@ -329,8 +329,8 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes at( const NodeView& nodes,
 {
     const std::size_t columns = nodes.stride( 0 );
     const Real* const first = columnsFrom( nodes, rows, c );
-#ifdef MACHPOINT_HAS_AVX512
-    return Lanes( Avx512::gather( first, rows.row, columns ) );
+#ifdef MACHPOINT_HAS_REGISTERS
+    return Lanes( Registers::gather( first, rows.row, columns ) );
 #else
     return Lanes( [&]( const auto l )
                   { return first[rows.row[l] * columns]; } );
@@ -344,21 +344,21 @@ KOKKOS_FORCEINLINE_FUNCTION void
 loadRow( const NodeView& nodes, const LaneRows& rows, Lanes ( &values )[K],
          const int first = 0 )
 {
-#ifdef MACHPOINT_HAS_AVX512
+#ifdef MACHPOINT_HAS_REGISTERS
     const std::size_t columns = nodes.stride( 0 );
     const Real* const start = columnsFrom( nodes, rows, first );
     constexpr std::size_t whole = K / 4 * 4;
     for ( std::size_t done = 0; done < whole; done += 4 )
     {
         LaneRegister four[4];
-        Avx512::loadColumns( start + done, rows.row, columns, four );
+        Registers::loadColumns( start + done, rows.row, columns, four );
         for ( std::size_t c = 0; c < 4; ++c )
             values[done + c] = Lanes( four[c] );
     }
     if constexpr ( K - whole >= 2 )
     {
         LaneRegister two[2];
-        Avx512::loadColumns( start + whole, rows.row, columns, two );
+        Registers::loadColumns( start + whole, rows.row, columns, two );
         values[whole] = Lanes( two[0] );
         values[whole + 1] = Lanes( two[1] );
     }
@@ -409,8 +409,8 @@ struct BasesOf<Lanes>
 KOKKOS_FORCEINLINE_FUNCTION void advance( LaneBases& bases, const Lanes& steps,
                                           const int stride )
 {
-#ifdef MACHPOINT_HAS_AVX512
-    Avx512::advance( bases.row, static_cast<LaneRegister>( steps ), stride );
+#ifdef MACHPOINT_HAS_REGISTERS
+    Registers::advance( bases.row, static_cast<LaneRegister>( steps ), stride );
 #else
     Real values[lane_count];
     std::memcpy( values, static_cast<const void*>( &steps ), sizeof( Lanes ) );
@@ -434,8 +434,8 @@ KOKKOS_FORCEINLINE_FUNCTION bool areWithin( const Pack p,
                                             const int first, const int end )
 {
     const unsigned counted = ( 1u << p.count ) - 1; // idle lanes hold anything
-#ifdef MACHPOINT_HAS_AVX512
-    return ( Avx512::outside( bases.row, first, end ) & counted ) == 0;
+#ifdef MACHPOINT_HAS_REGISTERS
+    return ( Registers::outside( bases.row, first, end ) & counted ) == 0;
 #else
     unsigned outside = 0;
     for ( int l = 0; l < lane_count; ++l )

@@ -120,11 +120,11 @@ struct Conservative : MethodDefaults
                 const Profile::Effect effect( "pressure relaxation" );
                 means = makeNodeSum( "Machpoint::means", state, 3 );
             }
-            if ( parts.pressure_relaxation > 0 || parts.heat_mixing > 0 )
+            if ( parts.pressure_relaxation > 0 || parts.stepsToHeat() > 0 )
             {
                 const Profile::Effect effect( parts.pressure_relaxation > 0
                                                   ? "pressure relaxation"
-                                                  : "heat mixing" );
+                                                  : parts.nameOfHeat() );
                 sums = makeNodeSum( "Machpoint::sums", state, 2 );
             }
         }
@@ -143,10 +143,10 @@ struct Conservative : MethodDefaults
             Impl::relaxPressure<Basis, Dim>( state, storage.means, storage.sums,
                                              parts.pressure_relaxation );
         }
-        if ( parts.heat_mixing > 0 )
+        if ( parts.exchangesHeat( state.step ) )
         {
-            const Profile::Effect effect( "heat mixing" );
-            Impl::mixHeat<Basis, Dim>( state, storage.sums, parts.heat_mixing );
+            const Profile::Effect effect( parts.nameOfHeat() );
+            Impl::mixHeat<Basis, Dim>( state, storage.sums );
         }
         if ( parts.merge_volume > 0 && state.step % merge_every == 0 )
         {

@@ -105,6 +105,7 @@ struct ColumnRow<8>
         LaneInteger;
 };
 
+#ifndef MACHPOINT_PAIRS_ARE_NEIGHBOURS
 //! x in all places.
 template <int Width>
 KOKKOS_FORCEINLINE_FUNCTION auto rowOf( const Real x )
@@ -138,6 +139,7 @@ replace( const typename ColumnRow<Width>::Row& row, const Real x )
                    ? rowOf<8>( x )
                    : row;
 }
+#endif
 
 //! Calls visit with the constants 0 to N - 1.
 template <int N, class Visitor>
@@ -148,6 +150,50 @@ KOKKOS_FORCEINLINE_FUNCTION void forEachConstant( const Visitor& visit )
         ( visit( std::integral_constant<int, I>() ), ... );
     }
     ( std::make_integer_sequence<int, N>() );
+}
+
+//! Some of the terms: Count of them from First on.
+template <class Terms, int First, int Count>
+struct SomeTerms
+{
+    static constexpr int count = Count;
+    static constexpr int column( const int t )
+    {
+        return Terms::column( First + t );
+    }
+    static constexpr bool isAffine( const int t )
+    {
+        return Terms::isAffine( First + t );
+    }
+    static constexpr int axis( const int t )
+    {
+        return Terms::axis( First + t );
+    }
+};
+
+//! Terms that go to a node at once: as many as a register has lanes.
+inline constexpr int most_terms = std::min( lane_count, 8 );
+
+//! So many of the terms, or the last ones, from First on.
+template <int First, class Terms, int Dim, class Number>
+KOKKOS_FORCEINLINE_FUNCTION auto
+partOf( const Products<Terms, Dim, Number>& terms )
+{
+    constexpr int count = std::min( Terms::count - First, most_terms );
+    if constexpr ( count == Terms::count )
+        return terms;
+    else
+    {
+        Products<SomeTerms<Terms, First, count>, Dim, Number> part;
+        for ( int t = 0; t < count; ++t )
+        {
+            part.value[t] = terms.value[First + t];
+            if ( Terms::isAffine( First + t ) )
+                for ( int d = 0; d < Dim; ++d )
+                    part.slope[t][d] = terms.slope[First + t][d];
+        }
+        return part;
+    }
 }
 
 /*!
@@ -164,8 +210,8 @@ struct PairsInMemory
 
     KOKKOS_FORCEINLINE_FUNCTION void set( const Lanes& a, const Lanes& b )
     {
-        Avx512::storePairs( static_cast<LaneRegister>( a ),
-                            static_cast<LaneRegister>( b ), pairs[0] );
+        Registers::storePairs( static_cast<LaneRegister>( a ),
+                               static_cast<LaneRegister>( b ), pairs[0] );
     }
     KOKKOS_FORCEINLINE_FUNCTION const Real* of( const int l ) const
     {
@@ -190,7 +236,7 @@ KOKKOS_FORCEINLINE_FUNCTION auto choiceOf( const PairsInMemory& pairs,
                                            const int l )
 {
 #ifdef MACHPOINT_PAIRS_ARE_NEIGHBOURS
-    return Avx512::choiceOf<Width, Seconds>( pairs.of( l ) );
+    return Registers::choiceOf<Width, Seconds>( pairs.of( l ) );
 #else
     return replace<Width, Seconds>( rowOf<Width>( pairs.first[l] ),
                                     pairs.second[l] );
@@ -207,7 +253,7 @@ joinedRow( const PairsInMemory ( &pairs )[Pairs], const int l )
     const Real* numbers[Pairs];
     for ( std::size_t k = 0; k < Pairs; ++k )
         numbers[k] = pairs[k].of( l );
-    return Avx512::joinedRow<Width>( numbers );
+    return Registers::joinedRow<Width>( numbers );
 #else
     typename ColumnRow<Width>::Row row{};
     forEachConstant<static_cast<int>( Pairs )>(
@@ -412,18 +458,27 @@ KOKKOS_FORCEINLINE_FUNCTION void addProducts(
     const NodeLayout<Dim>& layout, const Number ( &other )[Dim][Basis::nodes],
     const Products<Terms, Dim, Number>& terms )
 {
-    constexpr int width = Products<Terms, Dim, Number>::width;
-    constexpr int first = Terms::column( 0 );
 #ifdef MACHPOINT_HAS_LANES
     if constexpr ( std::is_same_v<Access, NodeScatter::Access> &&
                    std::is_same_v<Particle, Pack> )
-        if constexpr ( Impl::rowWidth( width ) > 1 )
+        if constexpr ( Terms::count > 1 && lane_count > 1 )
         {
-            Impl::addProductRows<Impl::rowWidth( width )>( nodes, p, s, layout,
-                                                           other, terms );
+            constexpr int parts =
+                ( Terms::count + Impl::most_terms - 1 ) / Impl::most_terms;
+            Impl::forEachConstant<parts>(
+                [&]( const auto k ) MACHPOINT_INLINE
+                {
+                    const auto part =
+                        Impl::partOf<k * Impl::most_terms>( terms );
+                    constexpr int columns = decltype( part )::width;
+                    Impl::addProductRows<Impl::rowWidth( std::max(
+                        columns, 2 ) )>( nodes, p, s, layout, other, part );
+                } );
             return;
         }
 #endif
+    constexpr int width = Products<Terms, Dim, Number>::width;
+    constexpr int first = Terms::column( 0 );
     constexpr int n = Basis::nodes;
     MACHPOINT_KEEP_LOOP
     for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )

@@ -136,8 +136,8 @@ def naca_outline(shape, points=1000):
 
 
 # Parts of the method `conservative`, and of all, that the table of effects shows.
-PARTS = ["pressure relaxation", "heat mixing", "splitting", "merging",
-         "midpoint", "viscosity limiter", "retries"]
+PARTS = ["pressure relaxation", "heat mixing", "heat conduction", "splitting",
+         "merging", "midpoint", "viscosity limiter", "retries"]
 
 
 class InputTest(unittest.TestCase):

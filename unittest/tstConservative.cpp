@@ -198,6 +198,7 @@ const std::vector<Part>& parts()
     static const std::vector<Part> list = {
         { "pressure_relaxation", 0.1, 1 }, { "pressure_relaxation", 0.1, 2 },
         { "heat_mixing", 2, 1 },           { "heat_mixing", 2, 2 },
+        { "heat_conduction", 50, 2 },      { "heat_conduction", 50, 3 },
         { "split_volume", 0.5, 1 },        { "split_volume", 0.17, 2 },
         { "split_volume", 0.19, 3 },       { "merge_volume", 0.4, 1 },
         { "merge_volume", 0.4, 2 },        { "merge_volume", 0.4, 3 },
@@ -223,9 +224,9 @@ Json only( const Part& part, const std::string& basis )
     input["initial"][0]["left"]["pressure"] = 100;
     input["initial"][0]["right"]["pressure"] = 0.01;
     for ( const char* key :
-          { "pressure_relaxation", "heat_mixing", "split_volume",
-            "merge_volume", "volume_relaxation", "particle_shifting",
-            "blend_in_compression" } )
+          { "pressure_relaxation", "heat_mixing", "heat_conduction",
+            "split_volume", "merge_volume", "volume_relaxation",
+            "particle_shifting", "blend_in_compression" } )
         input["method"][key] = 0;
     input["method"][part.key] = part.on;
     return input;

@@ -294,6 +294,11 @@ const std::vector<Part>& parts()
           0,
           { "Machpoint::sharedHeat", "Machpoint::mixHeat" },
           { "Machpoint::sums" } },
+        { "heat_conduction",
+          10,
+          0,
+          { "Machpoint::sharedHeat", "Machpoint::mixHeat" },
+          { "Machpoint::sums" } },
         { "split_volume",
           0.75,
           0,
@@ -334,7 +339,7 @@ TEST_P( OptionalPart, costsNothingWhenOff )
     }
 }
 
-INSTANTIATE_TEST_SUITE_P( Each, OptionalPart, testing::Range( 0, 6 ),
+INSTANTIATE_TEST_SUITE_P( Each, OptionalPart, testing::Range( 0, 7 ),
                           []( const auto& info )
                           { return parts()[info.param].key; } );
 

@@ -30,6 +30,7 @@ PARTS = {
     "method.loss_return": (False, False),
     "method.pressure_relaxation": (0, 0.05),
     "method.heat_mixing": (0, 2),
+    "method.heat_conduction": (None, 0),
     "method.split_volume": (0, 0),
     "method.merge_volume": (0.125, 0),
     "treatment": (None, "projection"),

@@ -135,6 +135,70 @@ KOKKOS_FORCEINLINE_FUNCTION Number relaxationRate( const Number& excess,
            gradient * slow * past( 0.12_rt );
 }
 
+//! Part of the velocity gradient that is shear or spin: min(1, |curl|^2 /
+//! |C|_F^2), 0 in a plane shock, whichever way it moves. \param C 1/time
+template <int Dim, class Number>
+KOKKOS_FORCEINLINE_FUNCTION Number
+shearOf( const VectorOf<Dim, Number> ( &C )[Dim] )
+{
+    Number curl( 0.0 ), whole( 0.0 );
+    for ( int a = 0; a < Dim; ++a )
+        for ( int b = 0; b < Dim; ++b )
+        {
+            whole += C[a][b] * C[a][b];
+            if ( a < b )
+            {
+                const Number spin = C[a][b] - C[b][a];
+                curl += spin * spin;
+            }
+        }
+    return choose( curl < whole, Number( curl / whole ), Number( 1.0 ) );
+}
+
+/*!
+  \brief Part of its heat that a particle exchanges with its surroundings
+  (docs/conservative.md, section 8): min(1, phi min(1, ck dt max(-D, 0)) + kc n
+  shear loss / e), where n steps lie from exchange to exchange. Parts that no
+  sum would feel are none, as they could underflow, and so is the conduction of
+  smooth flow.
+*/
+template <int Dim, class Gradient, class Slice>
+struct HeatShares
+{
+    bool asked;      //!< at the end of this step?
+    Real mixing;     //!< ck dt
+    Real conduction; //!< kc n
+    Gradient C;
+    Slice divergence;
+    Slice share; //!< holds phi until then, where there is mixing
+
+    //! \param loss heat of friction \param e what the particle had
+    KOKKOS_FORCEINLINE_FUNCTION void note( const Pack p, const Lanes& loss,
+                                           const Lanes& e ) const
+    {
+        if ( !asked )
+            return;
+        const Lanes zero( 0.0 );
+        const Lanes one( 1.0 );
+        Lanes part = zero;
+        if ( mixing > 0 )
+        {
+            const Lanes closing =
+                mixing * Kokkos::max( Lanes( -load( divergence, p ) ), zero );
+            part = load( share, p ) * Kokkos::min( closing, one );
+            part = choose( Lanes( 1e-12 ) < part, part, zero );
+        }
+        if ( conduction > 0 )
+        {
+            VectorOf<Dim, Lanes> affine[Dim];
+            loadMatrix<Dim>( C, p, affine );
+            const Lanes heated = conduction * shearOf<Dim>( affine ) * loss;
+            part += choose( 1e-3_rt * e < heated, Lanes( heated / e ), zero );
+        }
+        store( share, Lanes( Kokkos::min( part, one ) ), p );
+    }
+};
+
 /*!
   \brief G2P of `conservative`.
 
@@ -148,7 +212,7 @@ KOKKOS_FORCEINLINE_FUNCTION Number relaxationRate( const Number& excess,
 
   Where Rearranges: V' *= 1 - clip(kd dt relaxationRate, -.25, .25), and the
   velocity of motion loses ks c clip(g, -.5, .5) with g = h grad theta. Uniform
-  motion knows neither.
+  motion knows neither. \param[out] state.rates HeatShare, if parts ask for it
   \param drift of the integrator midpoint, else null
 */
 template <class Basis, bool Rearranges, int Dim>
@@ -193,6 +257,14 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const Real returned = parts.loss_return ? 1.0_rt : 0.0_rt;
     const Real kd = parts.volume_relaxation;
     const Real ks = parts.particle_shifting;
+    const auto divergence = Cabana::slice<Divergence>( state.rates->data() );
+    const HeatShares<Dim, decltype( C ), decltype( divergence )> shares{
+        parts.exchangesHeat( state.step + 1 ),
+        parts.heat_mixing * dt,
+        parts.heat_conduction * parts.stepsToHeat(),
+        C,
+        divergence,
+        Cabana::slice<HeatShare>( state.rates->data() ) };
     forEachStencil<Basis>(
         "Machpoint::gatherParticles", state,
         KOKKOS_LAMBDA( const Pack p,
@@ -252,6 +324,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Lanes lost = Kokkos::max( g.squares - fitted, zero );
             const Lanes loss = 0.5_rt * ( returned * lost + fitted - carried );
             const Lanes old_e = load( e, p );
+            shares.note( p, loss, old_e );
             const Lanes old_V = load( V, p );
             const Lanes work =
                 load( pressure, p ) * old_V / load( m, p ) * g.expansion;

@@ -260,31 +260,12 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
         } );
 }
 
-//! Part of their heat that particles exchange. Parts that no sum would feel are
-//! none: they could underflow.
-template <class Rate>
-struct HeatShare
-{
-    Rate divergence, limiter;
-    Real rate; //!< ck dt
-
-    KOKKOS_FORCEINLINE_FUNCTION Lanes operator()( const Pack p ) const
-    {
-        const Lanes zero( 0.0 );
-        const Lanes closing =
-            rate * Kokkos::max( Lanes( -load( divergence, p ) ), zero );
-        const Lanes part =
-            load( limiter, p ) * Kokkos::min( closing, Lanes( 1.0 ) );
-        return choose( Lanes( 1e-12 ) < part && active( p ), part, zero );
-    }
-};
-
 //! Adds m eta and m eta e of the particles.
-//! \param share eta \param sums the scatter of a field [nodes][2]
-template <class Basis, int Dim, class Share, class Sums>
-void depositHeat( const State<Dim>& state, const Share& share,
-                  const Sums& sums )
+//! \param sums the scatter of a field [nodes][2]
+template <class Basis, int Dim, class Sums>
+void depositHeat( const State<Dim>& state, const Sums& sums )
 {
+    const auto share = Cabana::slice<HeatShare>( state.rates->data() );
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
@@ -294,8 +275,9 @@ void depositHeat( const State<Dim>& state, const Share& share,
     forEachPack(
         "Machpoint::sharedHeat", n,
         KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-            const Lanes part = share( p );
-            if ( !any( Lanes( 0.0 ) < part ) )
+            const Lanes zero( 0.0 );
+            const Lanes part = choose( active( p ), load( share, p ), zero );
+            if ( !any( zero < part ) )
                 return;
             const Stencil<Basis, Dim, Lanes> s( grid, layout,
                                                 loadVector<Dim>( x, p ) );
@@ -313,35 +295,32 @@ void depositHeat( const State<Dim>& state, const Share& share,
 }
 
 /*!
-  \brief Shock heat mixing: e += eta (sum w e_i - e) with eta =
-  min(1, ck dt max(-D, 0)) phi and e_i = sum m eta w e / sum m eta w.
-  Conserves energy; spreads the heat that a shock or a wall leaves in too few
-  particles (after the heat flux of Noh 1987).
+  \brief Exchange of heat: e += eta (sum w e_i - e) with e_i = sum m eta w e /
+  sum m eta w and eta the particles' HeatShare. Conserves energy; spreads the
+  heat that a shock, a wall (after the heat flux of Noh 1987) or friction leaves
+  in too few particles.
   \param heat [nodes][2] scratch
 */
 template <class Basis, int Dim>
-void mixHeat( const State<Dim>& state, NodeSum& heat, const Real ck )
+void mixHeat( const State<Dim>& state, NodeSum& heat )
 {
     const auto x = state.particles.template slice<Position>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto divergence = Cabana::slice<Divergence>( state.rates->data() );
-    const auto limiter = Cabana::slice<Limiter>( state.rates->data() );
+    const auto share = Cabana::slice<HeatShare>( state.rates->data() );
     const auto grid = state.grid;
     const auto layout = state.layout;
-    const Real rate = ck * state.dt;
     const auto sums = heat.field();
     const NodeComponents<2> components{};
 
-    const HeatShare share{ divergence, limiter, rate };
     heat.deposit( [&]( const auto& nodes )
-                  { depositHeat<Basis>( state, share, nodes ); } );
+                  { depositHeat<Basis>( state, nodes ); } );
     heat.foldAndFill( state.halo, components );
     const int n = state.particles.size();
     forEachPack(
         "Machpoint::mixHeat", n,
         KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-            const Lanes part = share( p );
             const Lanes zero( 0.0 );
+            const Lanes part = choose( active( p ), load( share, p ), zero );
             if ( !any( zero < part ) )
                 return;
             const Stencil<Basis, Dim, Lanes> s( grid, layout,

@@ -25,9 +25,27 @@ struct ConservativeParts
     bool loss_return;          //!< kinetic energy lost becomes heat
     Real pressure_relaxation;  //!< eta
     Real heat_mixing;          //!< ck
+    Real heat_conduction;      //!< kc
     Real split_volume;         //!< of a particle that is halved, cells
     Real mass_floor;           //!< no half is lighter than this part
     Real merge_volume;         //!< of a pair that is merged, cells
+
+    //! Steps from one exchange of heat to the next; 0: there is none. A shock
+    //! calls for it at once, friction takes hundreds of steps.
+    int stepsToHeat() const
+    {
+        return heat_mixing > 0 ? 1 : heat_conduction > 0 ? 5 : 0;
+    }
+    //! The part that the exchange of heat is counted for.
+    const char* nameOfHeat() const
+    {
+        return heat_mixing > 0 ? "heat mixing" : "heat conduction";
+    }
+    //! Is heat exchanged at the beginning of a step?
+    bool exchangesHeat( const std::int64_t step ) const
+    {
+        return stepsToHeat() > 0 && step % stepsToHeat() == 0;
+    }
 
     //! Splitting and merging need to know where a particle came from.
     bool changesParticles() const
@@ -105,6 +123,13 @@ struct ConservativeParts
             .defaultsTo( line ? 2 : 0 )
             .switches( "heat mixing", 0 )
             .source( "after Noh 1987; docs/conservative.md, section 8" );
+        p.number( "heat_conduction",
+                  "kc: exchange of heat in units of what the transfer's "
+                  "friction heats a particle by, relative to its own; 1D: 0" )
+            .atLeast( 0 )
+            .defaultsTo( line ? 0 : 10 )
+            .switches( "heat conduction", 0 )
+            .source( "docs/conservative.md, section 8" );
         p.number( "split_volume", "volume above which a particle is halved" )
             .unit( "cells" )
             .atLeast( 0 )
@@ -139,6 +164,7 @@ struct ConservativeParts
           loss_return( method.at( "loss_return" ) ),
           pressure_relaxation( method.at( "pressure_relaxation" ) ),
           heat_mixing( method.at( "heat_mixing" ) ),
+          heat_conduction( method.at( "heat_conduction" ) ),
           split_volume( method.at( "split_volume" ) ),
           mass_floor( method.at( "mass_floor" ) ),
           merge_volume( method.at( "merge_volume" ) )
