@@ -176,12 +176,12 @@ inline constexpr int most_terms = std::min( lane_count, 8 );
 
 //! So many of the terms, or the last ones, from First on.
 template <int First, class Terms, int Dim, class Number>
-KOKKOS_FORCEINLINE_FUNCTION auto
+KOKKOS_FORCEINLINE_FUNCTION decltype( auto )
 partOf( const Products<Terms, Dim, Number>& terms )
 {
     constexpr int count = std::min( Terms::count - First, most_terms );
     if constexpr ( count == Terms::count )
-        return terms;
+        return ( terms );
     else
     {
         Products<SomeTerms<Terms, First, count>, Dim, Number> part;
@@ -468,9 +468,10 @@ KOKKOS_FORCEINLINE_FUNCTION void addProducts(
             Impl::forEachConstant<parts>(
                 [&]( const auto k ) MACHPOINT_INLINE
                 {
-                    const auto part =
+                    const auto& part =
                         Impl::partOf<k * Impl::most_terms>( terms );
-                    constexpr int columns = decltype( part )::width;
+                    constexpr int columns =
+                        std::remove_cvref_t<decltype( part )>::width;
                     Impl::addProductRows<Impl::rowWidth( std::max(
                         columns, 2 ) )>( nodes, p, s, layout, other, part );
                 } );
