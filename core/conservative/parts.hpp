@@ -41,10 +41,11 @@ struct ConservativeParts
     {
         return heat_mixing > 0 ? "heat mixing" : "heat conduction";
     }
-    //! Is heat exchanged at the beginning of a step?
+    //! Is heat exchanged at the beginning of a step? The first has no step
+    //! before it.
     bool exchangesHeat( const std::int64_t step ) const
     {
-        return stepsToHeat() > 0 && step % stepsToHeat() == 0;
+        return stepsToHeat() > 0 && step > 0 && step % stepsToHeat() == 0;
     }
 
     //! Splitting and merging need to know where a particle came from.
