@@ -21,13 +21,6 @@
 namespace Machpoint::Avx2
 {
 
-//! Past the cache, to whole lines of memory.
-KOKKOS_FORCEINLINE_FUNCTION void stream( double* const place,
-                                         const __m256d values )
-{
-    _mm256_stream_pd( place, values );
-}
-
 //! Rows, moved on by whole numbers of rows that are `stride` apart.
 KOKKOS_FORCEINLINE_FUNCTION void advance( int* const row, const __m256d steps,
                                           const int stride )

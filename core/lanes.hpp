@@ -304,7 +304,7 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
                                         const Lanes& value, const Pack p,
                                         const D... d )
 {
-#ifdef MACHPOINT_HAS_REGISTERS
+#ifdef MACHPOINT_PACKS_FILL_LINES // by parts they take longer
     static_assert( Slice::soa_stride % lane_count == 0 );
     if ( written.streams )
     {
