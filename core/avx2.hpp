@@ -90,7 +90,8 @@ joinedRow( const double* const ( &pair )[Pairs] )
 }
 //! @}
 
-//! One column. (Gathers of these processors are no faster.)
+//! One column. (By loads, as core/avx512.hpp does for Zens; gathers were not
+//! tried.)
 KOKKOS_FORCEINLINE_FUNCTION __m256d gather( const double* const first,
                                             const int* const row,
                                             const std::size_t columns )
