@@ -68,14 +68,11 @@ struct Conservative : MethodDefaults
     {
         ConservativeParts parts;
         NodeView faces, inverse_filling;
-        NodeSum stress;
+        NodeSum stress; //!< scratch of the exchanges of volume and heat, too
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
         Impl::HalfCellMarks marks; //!< scratch of merging
-        //! \name Scratch of heat mixing and pressure relaxation
-        //! @{
-        NodeSum means, sums;
-        //! @}
+        NodeSum means;             //!< scratch of pressure relaxation
 
         Storage( State<Dim>& state, const Json& input )
             : parts( input.at( "method" ) )
@@ -120,13 +117,6 @@ struct Conservative : MethodDefaults
                 const Profile::Effect effect( "pressure relaxation" );
                 means = makeNodeSum( "Machpoint::means", state, 3 );
             }
-            if ( parts.pressure_relaxation > 0 || parts.stepsToHeat() > 0 )
-            {
-                const Profile::Effect effect( parts.pressure_relaxation > 0
-                                                  ? "pressure relaxation"
-                                                  : parts.nameOfHeat() );
-                sums = makeNodeSum( "Machpoint::sums", state, 2 );
-            }
         }
     };
 
@@ -140,13 +130,14 @@ struct Conservative : MethodDefaults
         {
             const Profile::Effect effect( "pressure relaxation" );
             gas.particleState( state );
-            Impl::relaxPressure<Basis, Dim>( state, storage.means, storage.sums,
+            Impl::relaxPressure<Basis, Dim>( state, storage.means,
+                                             storage.stress,
                                              parts.pressure_relaxation );
         }
         if ( parts.exchangesHeat( state.step ) )
         {
             const Profile::Effect effect( parts.nameOfHeat() );
-            Impl::mixHeat<Basis, Dim>( state, storage.sums );
+            Impl::mixHeat<Basis, Dim>( state, storage.stress );
         }
         if ( parts.merge_volume > 0 && state.step % merge_every == 0 )
         {

@@ -199,7 +199,7 @@ void depositTargetPressure( const State<Dim>& state, const NodeView& means,
   V += sum s, e -= sum phat_c s / m. Conserves volume and energy, and removes
   the pressures that the faces cannot see.
   \param cell_means [nodes][3] scratch
-  \param cell_sums [nodes][2] scratch
+  \param cell_sums [nodes][>= 2] scratch
 */
 template <class Basis, int Dim>
 void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
@@ -299,7 +299,7 @@ void depositHeat( const State<Dim>& state, const Sums& sums )
   sum m eta w and eta the particles' HeatShare. Conserves energy; spreads the
   heat that a shock, a wall (after the heat flux of Noh 1987) or friction leaves
   in too few particles.
-  \param heat [nodes][2] scratch
+  \param heat [nodes][>= 2] scratch
 */
 template <class Basis, int Dim>
 void mixHeat( const State<Dim>& state, NodeSum& heat )
