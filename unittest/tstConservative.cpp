@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -337,6 +338,42 @@ TEST( Relaxation, rate )
                  tolerance( 1e-14 ) );
     EXPECT_EQ( relaxationRate( 4.0, 1.0, 0.0, 0.0 ),
                relaxationRate( 0.5, 1.0, 0.0, 0.0 ) );
+}
+
+// Friction is conducted where the gas shears or spins, not where it is pressed
+// together, whichever way that goes.
+TEST( HeatConduction, knowsShearFromCompression )
+{
+    using Impl::shearOf;
+    const auto matrix = []( const Real( &n )[2], const Real( &t )[2] )
+    {
+        std::array<VectorOf<2, Real>, 2> C;
+        for ( int a = 0; a < 2; ++a )
+            for ( int b = 0; b < 2; ++b )
+                C[a][b] = 3 * n[a] * t[b];
+        return C;
+    };
+    const auto shear = []( const std::array<VectorOf<2, Real>, 2>& C )
+    {
+        const VectorOf<2, Real> rows[2] = { C[0], C[1] };
+        return shearOf<2>( rows );
+    };
+    for ( const Real angle : { 0.0, 0.3, 0.8, 2.0 } )
+    {
+        const Real n[2] = { std::cos( angle ), std::sin( angle ) };
+        const Real t[2] = { -n[1], n[0] };
+        EXPECT_NEAR( shear( matrix( n, n ) ), 0, tolerance( 1e-15 ) ) << angle;
+        EXPECT_NEAR( shear( matrix( n, t ) ), 1, tolerance( 1e-15 ) ) << angle;
+    }
+    // Spin alone, where |curl|^2 is twice |C|^2.
+    const VectorOf<2, Real> spin[2] = { { 0, -2 }, { 2, 0 } };
+    EXPECT_EQ( shearOf<2>( spin ), 1 );
+    // A shock beside as much shear.
+    const VectorOf<2, Real> both[2] = { { -2, 2 }, { 0, 0 } };
+    EXPECT_NEAR( shearOf<2>( both ), 0.5, tolerance( 1e-15 ) );
+    const VectorOf<3, Real> along[3] = {
+        { 0, 0, 5 }, { 0, 0, 0 }, { 0, 0, 0 } };
+    EXPECT_NEAR( shearOf<3>( along ), 1, tolerance( 1e-15 ) );
 }
 
 // A key that only `conservative` understands is an error elsewhere.
