@@ -202,11 +202,7 @@ class Obstacle : public Module<Dim>
         const auto V = state.particles.template slice<Volume>();
         const auto pressure = state.particles.template slice<Pressure>();
         const bool has_rates = state.rates;
-        typename Sidecar<RateMembers>::aosoa_type::template member_slice_type<
-            WorkingPressure>
-            working;
-        if ( has_rates )
-            working = Cabana::slice<WorkingPressure>( state.rates->data() );
+        const auto working = sliceOfRates<WorkingPressure>( state );
         const auto noted = state.noted;
         const auto rows = _near;
         const Real cell_volume = state.grid.cellVolume();

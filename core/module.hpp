@@ -109,6 +109,18 @@ struct State
     std::int64_t next_id = std::int64_t( 1 ) << 60;
 };
 
+//! A member of the method's rates; with a method that has none, a slice of no
+//! memory.
+template <std::size_t Member, int Dim>
+auto sliceOfRates( const State<Dim>& state )
+{
+    using aosoa_type = Sidecar<RateMembers>::aosoa_type;
+    typename aosoa_type::template member_slice_type<Member> slice;
+    if ( state.rates )
+        slice = Cabana::slice<Member>( state.rates->data() );
+    return slice;
+}
+
 //! A field that particles add to. \param columns of it; it may have more
 template <int Dim>
 NodeSum makeNodeSum( const std::string& label, const State<Dim>& state,

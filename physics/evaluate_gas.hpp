@@ -32,12 +32,8 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto pressure = state.particles.template slice<Pressure>();
     const auto sound_speed = state.particles.template slice<SoundSpeed>();
-    typename Sidecar<RateMembers>::aosoa_type::template member_slice_type<
-        ViscousSpeed>
-        viscous;
+    const auto viscous = sliceOfRates<ViscousSpeed>( state );
     const bool is_viscous = state.viscosity.acts;
-    if ( is_viscous )
-        viscous = Cabana::slice<ViscousSpeed>( state.rates->data() );
     const int n = state.particles.size();
     const int count = countPacks( n );
     // Lanes are joined after some packs, as that takes longer than a pack.

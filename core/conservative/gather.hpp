@@ -241,7 +241,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto pressure = Cabana::slice<WorkingPressure>( state.rates->data() );
+    const auto pressure = sliceOfRates<WorkingPressure>( state );
     const auto c = state.particles.template slice<SoundSpeed>();
     const auto next_x = state.particles.template next<Position>();
     const auto next_v = state.particles.template next<Velocity>();
@@ -257,14 +257,14 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const Real returned = parts.loss_return ? 1.0_rt : 0.0_rt;
     const Real kd = parts.volume_relaxation;
     const Real ks = parts.particle_shifting;
-    const auto divergence = Cabana::slice<Divergence>( state.rates->data() );
+    const auto divergence = sliceOfRates<Divergence>( state );
     const HeatShares<Dim, decltype( C ), decltype( divergence )> shares{
         parts.exchangesHeat( state.step + 1 ),
         parts.heat_mixing * dt,
         parts.heat_conduction * parts.stepsToHeat(),
         C,
         divergence,
-        Cabana::slice<HeatShare>( state.rates->data() ) };
+        sliceOfRates<HeatShare>( state ) };
     forEachStencil<Basis>(
         "Machpoint::gatherParticles", state,
         KOKKOS_LAMBDA( const Pack p,
@@ -368,7 +368,7 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
     const auto C = state.particles.template slice<VelocityGradient>();
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
-    const auto pressure = Cabana::slice<WorkingPressure>( state.rates->data() );
+    const auto pressure = sliceOfRates<WorkingPressure>( state );
     const auto velocities = state.nodes.velocities;
     const auto grid = state.grid;
     const auto layout = state.layout;

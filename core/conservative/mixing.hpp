@@ -265,7 +265,7 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
 template <class Basis, int Dim, class Sums>
 void depositHeat( const State<Dim>& state, const Sums& sums )
 {
-    const auto share = Cabana::slice<HeatShare>( state.rates->data() );
+    const auto share = sliceOfRates<HeatShare>( state );
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
@@ -306,7 +306,7 @@ void mixHeat( const State<Dim>& state, NodeSum& heat )
 {
     const auto x = state.particles.template slice<Position>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto share = Cabana::slice<HeatShare>( state.rates->data() );
+    const auto share = sliceOfRates<HeatShare>( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto sums = heat.field();

@@ -161,11 +161,10 @@ void depositStress( const State<Dim>& state, const NodeView& faces,
     const auto V = state.particles.template slice<Volume>();
     const auto pressure = state.particles.template slice<Pressure>();
     const auto c = state.particles.template slice<SoundSpeed>();
-    const auto& rates = state.rates->data();
-    const auto acting = Cabana::slice<WorkingPressure>( rates );
-    const auto viscous_speed = Cabana::slice<ViscousSpeed>( rates );
-    const auto divergence = Cabana::slice<Divergence>( rates );
-    const auto limiter = Cabana::slice<Limiter>( rates );
+    const auto acting = sliceOfRates<WorkingPressure>( state );
+    const auto viscous_speed = sliceOfRates<ViscousSpeed>( state );
+    const auto divergence = sliceOfRates<Divergence>( state );
+    const auto limiter = sliceOfRates<Limiter>( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto images = state.images;
