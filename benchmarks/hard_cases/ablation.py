@@ -70,7 +70,8 @@ COLUMNS = {
 
 
 def measure(machpoint, output, column, part):
-    """({label: value}, particle updates/s); (None, None) if the run failed."""
+    """({label: value}, particle updates/s), (None, None) where the part is not
+    varied; speed None if the run failed."""
     scene, sets, figures, labels = COLUMNS[column]
     document = json.loads((ROOT / "input" / f"{scene}.json").read_text())
     dimension = document["dimension"]
@@ -79,6 +80,8 @@ def measure(machpoint, output, column, part):
     keys.setdefault("output.every", 1e9)
     if part:
         value = PARTS[part][0 if dimension == 1 else 1]
+        if value is None:
+            return None, None
         if part == "treatment":
             body = [k for k, entry in enumerate(document["boundary"])
                     if entry["type"] == "obstacle"]
