@@ -6,6 +6,10 @@
 #ifndef MACHPOINT_TEST_AVX2_HPP
 #define MACHPOINT_TEST_AVX2_HPP
 
+#ifdef __AVX512F__
+#error "compiled for AVX-512: -march=haswell has to come last"
+#endif
+
 #include <Kokkos_Macros.hpp>
 
 #undef KOKKOS_ARCH_AVX512XEON

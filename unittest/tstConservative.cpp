@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -345,25 +344,21 @@ TEST( Relaxation, rate )
 TEST( HeatConduction, knowsShearFromCompression )
 {
     using Impl::shearOf;
-    const auto matrix = []( const Real( &n )[2], const Real( &t )[2] )
+    // Of a velocity along n that changes along t.
+    const auto shear = []( const Real( &n )[2], const Real( &t )[2] )
     {
-        std::array<VectorOf<2, Real>, 2> C;
+        VectorOf<2, Real> C[2];
         for ( int a = 0; a < 2; ++a )
             for ( int b = 0; b < 2; ++b )
                 C[a][b] = 3 * n[a] * t[b];
-        return C;
-    };
-    const auto shear = []( const std::array<VectorOf<2, Real>, 2>& C )
-    {
-        const VectorOf<2, Real> rows[2] = { C[0], C[1] };
-        return shearOf<2>( rows );
+        return shearOf<2>( C );
     };
     for ( const Real angle : { 0.0, 0.3, 0.8, 2.0 } )
     {
         const Real n[2] = { std::cos( angle ), std::sin( angle ) };
         const Real t[2] = { -n[1], n[0] };
-        EXPECT_NEAR( shear( matrix( n, n ) ), 0, tolerance( 1e-15 ) ) << angle;
-        EXPECT_NEAR( shear( matrix( n, t ) ), 1, tolerance( 1e-15 ) ) << angle;
+        EXPECT_NEAR( shear( n, n ), 0, tolerance( 1e-15 ) ) << angle;
+        EXPECT_NEAR( shear( n, t ), 1, tolerance( 1e-15 ) ) << angle;
     }
     // Spin alone, where |curl|^2 is twice |C|^2.
     const VectorOf<2, Real> spin[2] = { { 0, -2 }, { 2, 0 } };
