@@ -549,6 +549,7 @@ class Adviser
         {
             const auto lines = makeLines( _rows, _error );
             const auto choice = choose( lines );
+            tellUnbelieved( request, lines );
             if ( !choice )
             {
                 tellNearest( request, lines, chooseNearest( lines ) );
@@ -582,6 +583,22 @@ class Adviser
     {
         return fmt::format( "{}, {} cells", lines[candidate.line].name,
                             formatCells( candidate.cells ) );
+    }
+
+    static void tellUnbelieved( const std::string& request,
+                                const std::vector<Line>& lines )
+    {
+        std::vector<std::string> names;
+        for ( const auto& line : lines )
+            if ( const auto order = unbelievedOrder( line ) )
+                names.push_back(
+                    fmt::format( "{} (h^{:.1f})", line.name, *order ) );
+        if ( !names.empty() )
+            fmt::print( "\n{}: between the two finest runs the error falls "
+                        "faster than a scheme of second order can, so these "
+                        "grids are too coarse for a law, and finer ones are "
+                        "expected to be no better: {}\n",
+                        request, fmt::join( names, ", " ) );
     }
 
     static void tellNearest( const std::string& request,

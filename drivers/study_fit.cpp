@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace Machpoint
@@ -146,10 +147,20 @@ Laws fitLaws( const Line& line )
     laws.error = fitFinest( overCells( line, line.errors ) );
     if ( laws.error )
         laws.order = -laws.error->exponent * line.dimension;
-    if ( laws.cost && laws.order && *laws.order > 0 )
+    if ( laws.cost && laws.order && *laws.order > 0 && *laws.order <= too_fast )
         laws.halving =
             std::pow( 2, laws.cost->exponent * line.dimension / *laws.order );
     return laws;
+}
+
+std::optional<double> unbelievedOrder( const Line& line )
+{
+    const auto errors = overCells( line, line.errors );
+    if ( errors.size() < 2 )
+        return std::nullopt;
+    const auto law = fitPowerLaw( { errors.end() - 2, errors.end() } );
+    const double order = law ? -law->exponent * line.dimension : 0;
+    return order > too_fast ? std::optional( order ) : std::nullopt;
 }
 
 std::vector<Candidate> candidates( const Line& line, const std::size_t number )
@@ -166,6 +177,9 @@ std::vector<Candidate> candidates( const Line& line, const std::size_t number )
         return {};
     }
     const auto& finest = line.cells.back();
+    const double believed = unbelievedOrder( line )
+                                ? errors.back().x
+                                : std::numeric_limits<double>::infinity();
     std::int64_t step = 0;
     for ( const auto& cells : line.cells )
         step = std::gcd( step, cells[0] );
@@ -181,7 +195,7 @@ std::vector<Candidate> candidates( const Line& line, const std::size_t number )
                 static_cast<double>( finest[0] ) ) );
         const double count = cellCount( candidate.cells );
         candidate.seconds = predict( seconds, count );
-        candidate.error = predict( errors, count );
+        candidate.error = predict( errors, std::min( count, believed ) );
         all.push_back( std::move( candidate ) );
     }
     return all;

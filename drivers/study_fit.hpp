@@ -7,6 +7,7 @@
 #define MACHPOINT_STUDY_FIT_HPP
 
 #include <core/parameters.hpp>
+#include <core/price.hpp>
 #include <core/types.hpp>
 
 #include <cstdint>
@@ -76,6 +77,10 @@ double cellCount( const std::vector<std::int64_t>& cells );
 //! do not resolve the flow.
 constexpr std::size_t fitted_runs = 3;
 
+//! An error that falls with more than this order, which leaves the schemes'
+//! some scatter, tells of grids too coarse for a law.
+constexpr double too_fast = 1.25 * highest_order;
+
 //! What the finest runs of a line tell together. h ~ cells^(-1/Dim).
 struct Laws
 {
@@ -83,7 +88,7 @@ struct Laws
     std::optional<PowerLaw> error; //!< error ~ cells^(-p/Dim)
     std::optional<double> order;   //!< p
     //! 2^(a Dim / p): time that half the error takes, over that of the error;
-    //! none where the error does not fall.
+    //! none where the error does not fall, or `too_fast`.
     std::optional<double> halving;
 };
 
@@ -100,6 +105,10 @@ struct Candidate
 
 //! How far beyond its finest run, along each axis, a line is believed.
 constexpr std::int64_t farthest_refinement = 2;
+
+//! The order that the two finest runs of a line with an error tell, where it is
+//! `too_fast`: beyond them the error is then taken for that of the finest.
+std::optional<double> unbelievedOrder( const Line& line );
 
 /*!
   \brief The settings that a line can predict, from its coarsest run to

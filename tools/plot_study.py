@@ -101,6 +101,8 @@ def law_text(law):
     text = f"$h^{{{law['order']:.2f}}}$"
     if law["halving_takes"]:
         return f"{text}, half the error: {factor(law['halving_takes'])} x the time"
+    if law["order"] > 0:
+        return f"{text}, too fast for a law"
     return f"{text}, finer grids do not help"
 
 

@@ -231,6 +231,35 @@ class Advice(StudyTest):
                            code=NUMERICAL_FAILURE).stdout
         self.assertIn("out of reach", shown)
 
+    def test_an_error_that_falls_too_fast_is_no_law(self):
+        def study(value, *advice):
+            known = {"shock.distance": value}
+            return self.study(self.write(
+                vary=[{"grid.cells": [[20], [40]]}], repeats=1,
+                probes=[{"type": "crossing", "name": "shock", "value": 0.2,
+                         "from": [1], "to": [0]}],
+                error="shock.distance",
+                reference={"type": "known", "values": known}), *advice).stdout
+        study(0)
+        coarse, fine = (row["values"]["shock.distance"]
+                        for row in self.result()["rows"])
+        # Errors that are 16 times apart would be a scheme of fourth order.
+        shown = study(fine - (coarse - fine) / 15, "--budget", "1h")
+        self.assertIn("too coarse for a law, and finer ones are expected to be "
+                      "no better: tiny (h^4.0)", shown)
+        self.assertIn("a fall too fast for a scheme of second order", shown)
+        law, = self.result()["laws"]
+        self.assertAlmostEqual(law["order"], 4)
+        self.assertIsNone(law["halving_takes"])
+        # The most accurate run is one that is known, not one twice as fine.
+        proof, = self.result()["proofs"]
+        self.assertEqual(proof["row"]["cells"], [40])
+        self.assertEqual(proof["predicted"]["error"], proof["value"])
+        # Of second order it is one that is finer.
+        shown = study(fine - (coarse - fine) / 3, "--budget", "1h")
+        self.assertNotIn("too coarse for a law", shown)
+        self.assertEqual(self.result()["proofs"][-1]["row"]["cells"], [80])
+
     def test_what_cannot_be_asked(self):
         path = self.write(vary=MATRIX)
         for arguments, text in [

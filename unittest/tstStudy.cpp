@@ -162,6 +162,34 @@ TEST( Study, CandidatesLieOnTheGridsOfTheRuns )
     EXPECT_NEAR( all[7].error, 1.0 / ( 80 * 80 ), 1e-12 );
 }
 
+TEST( Study, AnErrorThatFallsFasterThanTheSchemeIsNotCarriedOn )
+{
+    auto line = secondOrder();
+    EXPECT_FALSE( unbelievedOrder( line ) );
+    line.errors.front() = 8 * line.errors[1]; // order 3 ahead of the finest two
+    EXPECT_FALSE( unbelievedOrder( line ) );
+    line.errors[1] = 8 * line.errors[2];
+    EXPECT_NEAR( *unbelievedOrder( line ), 3, round_off );
+    line.errors.front() = 8 * line.errors[1];
+    EXPECT_NEAR( *fitLaws( line ).order, 3, round_off );
+    EXPECT_FALSE( fitLaws( line ).halving );
+    for ( const auto& candidate : candidates( line, 0 ) )
+        if ( candidate.cells[0] <= 40 ) // between runs as measured
+            EXPECT_NEAR( candidate.error,
+                         line.errors[2] *
+                             std::pow( 40.0 / candidate.cells[0], 3 ),
+                         1e-10 );
+        else
+            EXPECT_EQ( candidate.error, line.errors[2] );
+    // What is most accurate is then what has been run.
+    EXPECT_EQ( mostAccurate( { line }, 1e9 )->cells, line.cells[2] );
+    // A run that has no error does not count as the finest.
+    line.errors.back() = nan;
+    EXPECT_NEAR( *unbelievedOrder( line ), 3, round_off );
+    line.errors = { nan, nan, 1 };
+    EXPECT_FALSE( unbelievedOrder( line ) );
+}
+
 TEST( Study, ALineWithOneErrorPredictsThatRunAlone )
 {
     auto line = secondOrder();
