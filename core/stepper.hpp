@@ -133,6 +133,7 @@ class Stepper : public Simulation
         archive( "time_step", state.dt );
         archive( "step", state.step );
         archive( "next_id", state.next_id );
+        archive( "tracked", state.tracked );
         archive( "limiter", _limiter );
         archive( "retries", _retries );
         auto ledger = ledgerOfRanks();
