@@ -36,8 +36,8 @@ struct Conservative : MethodDefaults
     //! of the viscosity those next to a face.
     static constexpr int margin = 1;
     static constexpr bool needs_outer_moments = true;
-    //! Steps between times at which particles are merged and halved.
-    static constexpr int rearrange_every = 5;
+    //! Steps between merges.
+    static constexpr int merge_every = 5;
 
     template <int Dim>
     static constexpr int moment_columns = 1 + 3 * Dim;
@@ -139,9 +139,7 @@ struct Conservative : MethodDefaults
             const Profile::Effect effect( parts.nameOfHeat() );
             Impl::mixHeat<Basis, Dim>( state, storage.stress );
         }
-        if ( state.step % rearrange_every != 0 )
-            return;
-        if ( parts.merge_volume > 0 )
+        if ( parts.merge_volume > 0 && state.step % merge_every == 0 )
         {
             const Profile::Effect effect( "merging" );
             Impl::mergeParticles<Basis, Dim>( state, *storage.history,

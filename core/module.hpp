@@ -104,7 +104,6 @@ struct State
     //! Not 0: a step has left a particle that may not be sound; see Watch.
     Kokkos::View<int, MemorySpace> suspicion{ "Machpoint::suspicion" };
     std::int64_t step = 0; //!< steps done
-    double tracked = 0;    //!< time to which the stretch of particles is known
     //! Next id of a particle that is made of another one; beyond all ids of
     //! initial states and inflows.
     std::int64_t next_id = std::int64_t( 1 ) << 60;

@@ -133,7 +133,6 @@ class Stepper : public Simulation
         archive( "time_step", state.dt );
         archive( "step", state.step );
         archive( "next_id", state.next_id );
-        archive( "tracked", state.tracked );
         archive( "limiter", _limiter );
         archive( "retries", _retries );
         auto ledger = ledgerOfRanks();

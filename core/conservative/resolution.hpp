@@ -25,7 +25,7 @@ using HistoryMembers = Cabana::MemberTypes<Real[Dim], Real>;
 //! Names of the members of a history.
 enum HistoryMember : std::size_t
 {
-    Stretch,     //!< integral of C_aa - tr C / Dim to state.tracked [Dim]
+    Stretch,     //!< integral of C_aa - tr C / Dim [Dim]
     OriginalMass //!< mass
 };
 
@@ -91,8 +91,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto V = state.particles.template slice<Volume>();
     const auto stretch = Cabana::slice<Stretch>( history.data() );
     const auto original = Cabana::slice<OriginalMass>( history.data() );
-    const Real elapsed = static_cast<Real>( state.time - state.tracked );
-    state.tracked = state.time;
+    const Real dt = state.dt;
     // A particle as large as those of the start is not halved.
     const LargeParticle is_large{
         Kokkos::max( parts.split_volume, 1.5_rt / state.per_cell ) *
@@ -112,7 +111,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 for ( int a = 0; a < Dim; ++a )
                     store( stretch,
                            load( stretch, p, a ) +
-                               elapsed * ( load( C, p, a, a ) - mean ),
+                               dt * ( load( C, p, a, a ) - mean ),
                            p, a );
             }
             const Lanes volume = load( V, p );
