@@ -140,19 +140,6 @@ std::optional<PowerLaw> fitFinest( std::vector<Point> points )
 
 } // namespace
 
-Laws fitLaws( const Line& line )
-{
-    Laws laws;
-    laws.cost = fitFinest( overCells( line, line.seconds ) );
-    laws.error = fitFinest( overCells( line, line.errors ) );
-    if ( laws.error )
-        laws.order = -laws.error->exponent * line.dimension;
-    if ( laws.cost && laws.order && *laws.order > 0 && *laws.order <= too_fast )
-        laws.halving =
-            std::pow( 2, laws.cost->exponent * line.dimension / *laws.order );
-    return laws;
-}
-
 std::optional<double> unbelievedOrder( const Line& line )
 {
     const auto errors = overCells( line, line.errors );
@@ -161,6 +148,21 @@ std::optional<double> unbelievedOrder( const Line& line )
     const auto law = fitPowerLaw( { errors.end() - 2, errors.end() } );
     const double order = law ? -law->exponent * line.dimension : 0;
     return order > too_fast ? std::optional( order ) : std::nullopt;
+}
+
+Laws fitLaws( const Line& line )
+{
+    Laws laws;
+    laws.cost = fitFinest( overCells( line, line.seconds ) );
+    laws.error = fitFinest( overCells( line, line.errors ) );
+    if ( laws.error )
+        laws.order = -laws.error->exponent * line.dimension;
+    laws.is_too_fast =
+        unbelievedOrder( line ) || ( laws.order && *laws.order > too_fast );
+    if ( laws.cost && laws.order && *laws.order > 0 && !laws.is_too_fast )
+        laws.halving =
+            std::pow( 2, laws.cost->exponent * line.dimension / *laws.order );
+    return laws;
 }
 
 std::vector<Candidate> candidates( const Line& line, const std::size_t number )

@@ -87,8 +87,11 @@ struct Laws
     std::optional<PowerLaw> cost;  //!< seconds ~ cells^a
     std::optional<PowerLaw> error; //!< error ~ cells^(-p/Dim)
     std::optional<double> order;   //!< p
+    //! Does the error fall `too_fast`, over these runs or between the two
+    //! finest?
+    bool is_too_fast = false;
     //! 2^(a Dim / p): time that half the error takes, over that of the error;
-    //! none where the error does not fall, or `too_fast`.
+    //! none where the error does not fall, or too fast.
     std::optional<double> halving;
 };
 

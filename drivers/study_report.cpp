@@ -268,7 +268,7 @@ std::string formatLaws( const Line& line )
     if ( laws.halving )
         text += fmt::format( "; halving this error takes {:.3g} times the time",
                              *laws.halving );
-    else if ( laws.order && *laws.order > too_fast )
+    else if ( laws.is_too_fast )
         text +=
             "; a fall too fast for a scheme of second order, so these grids "
             "are too coarse for a law";

@@ -170,6 +170,10 @@ TEST( Study, AnErrorThatFallsFasterThanTheSchemeIsNotCarriedOn )
     EXPECT_FALSE( unbelievedOrder( line ) );
     line.errors[1] = 8 * line.errors[2];
     EXPECT_NEAR( *unbelievedOrder( line ), 3, round_off );
+    line.errors.front() = 2 * line.errors[1]; // together of order 2
+    EXPECT_NEAR( *fitLaws( line ).order, 2, round_off );
+    EXPECT_TRUE( fitLaws( line ).is_too_fast );
+    EXPECT_FALSE( fitLaws( line ).halving );
     line.errors.front() = 8 * line.errors[1];
     EXPECT_NEAR( *fitLaws( line ).order, 3, round_off );
     EXPECT_FALSE( fitLaws( line ).halving );
