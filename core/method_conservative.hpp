@@ -7,6 +7,7 @@
 #ifndef MACHPOINT_METHOD_CONSERVATIVE_HPP
 #define MACHPOINT_METHOD_CONSERVATIVE_HPP
 
+#include <core/conservative/conduction.hpp>
 #include <core/conservative/drift.hpp>
 #include <core/conservative/faces.hpp>
 #include <core/conservative/gather.hpp>
@@ -16,6 +17,8 @@
 #include <core/conservative/stress.hpp>
 #include <core/method_defaults.hpp>
 #include <core/profile.hpp>
+
+#include <algorithm>
 
 namespace Machpoint
 {
@@ -68,7 +71,7 @@ struct Conservative : MethodDefaults
     {
         ConservativeParts parts;
         NodeView faces, inverse_filling;
-        NodeSum stress; //!< scratch of the exchanges of volume and heat, too
+        NodeSum stress;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
         Impl::HalfCellMarks marks; //!< scratch of merging
@@ -104,7 +107,10 @@ struct Conservative : MethodDefaults
                 NodeView( "Machpoint::faces", total, Impl::face_columns * Dim );
             inverse_filling =
                 NodeView( "Machpoint::inverseFilling", total, Dim );
-            stress = makeNodeSum( "Machpoint::stress", state, Dim + 1 );
+            // The exchanges of heat and volume use it as scratch.
+            stress = makeNodeSum(
+                "Machpoint::stress", state,
+                parts.heat_conduction > 0 ? std::max( Dim + 1, 4 ) : Dim + 1 );
             if ( parts.merge_volume > 0 )
             {
                 const Profile::Effect effect( "merging" );
@@ -134,10 +140,15 @@ struct Conservative : MethodDefaults
                                              storage.stress,
                                              parts.pressure_relaxation );
         }
-        if ( parts.exchangesHeat( state.step ) )
+        if ( parts.heat_mixing > 0 && state.step > 0 )
         {
-            const Profile::Effect effect( parts.nameOfHeat() );
+            const Profile::Effect effect( "heat mixing" );
             Impl::mixHeat<Basis, Dim>( state, storage.stress );
+        }
+        if ( parts.conductsHeat( state.step ) )
+        {
+            const Profile::Effect effect( "heat conduction" );
+            Impl::conductHeat<Basis, Dim>( state, storage.stress );
         }
         if ( parts.merge_volume > 0 && state.step % merge_every == 0 )
         {

@@ -574,9 +574,12 @@ enum RateMember : std::size_t
     Divergence, //!< D = div v(x_p) of the grid velocity, 1/time
     Limiter,    //!< phi in [0, 1]: 0 where the flow is smooth
     //! @}
-    //! In place of phi, from G2P to the next step: part in [0, 1] of its heat
-    //! that the particle exchanges.
-    HeatShare = Limiter
+    //! \name From G2P to the next step: part in [0, 1] of its heat that the
+    //! particle exchanges
+    //! @{
+    ConductedHeat = Divergence,
+    MixedHeat = Limiter
+    //! @}
 };
 
 //! Particles and their copies that take more are not in the cache any more

@@ -1,6 +1,7 @@
 // P2G and the node update: exactness on linear fields and conservation.
 #include "scenes.hpp"
 
+#include <core/conservative/conduction.hpp>
 #include <core/conservative/stress.hpp>
 #include <core/scene.hpp>
 #include <core/transfer.hpp>
@@ -273,6 +274,81 @@ void expectSameTerms( const State<Dim>& state )
             largest = std::max( largest, std::abs( alone( i, c ) ) );
         }
     EXPECT_GT( largest, 1e-3 );
+}
+
+//! Gives all particles the energy 1, but one of them 10, and says how much of
+//! its heat each is to exchange.
+template <int Dim>
+void setHotParticle( const State<Dim>& state, const int hot, const Real own,
+                     const Real others )
+{
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto share = sliceOfRates<ConductedHeat>( state );
+    Kokkos::parallel_for(
+        "hotParticle", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            e( p ) = p == hot ? 10 : 1;
+            share( p ) = p == hot ? own : others;
+        } );
+}
+
+//! Heat of all particles, the energies' range, and that of one particle.
+struct Heat
+{
+    Real sum = 0, least = 0, largest = 0, hot = 0;
+
+    template <int Dim>
+    Heat( const State<Dim>& state, const int row )
+    {
+        const auto e = state.particles.template slice<SpecificInternalEnergy>();
+        const auto m = state.particles.template slice<Mass>();
+        Kokkos::MinMaxScalar<Real> range;
+        Kokkos::parallel_reduce(
+            "heat", Range( 0, state.particles.size() ),
+            KOKKOS_LAMBDA( const int p, Real& all,
+                           Kokkos::MinMaxScalar<Real>& between, Real& one ) {
+                all += m( p ) * e( p );
+                between.min_val = Kokkos::min( between.min_val, e( p ) );
+                between.max_val = Kokkos::max( between.max_val, e( p ) );
+                one += p == row ? e( p ) : 0.0_rt;
+            },
+            sum, Kokkos::MinMax<Real>( range ), hot );
+        least = range.min_val;
+        largest = range.max_val;
+    }
+};
+
+// A hot particle that friction has heated gives to all around it, also to those
+// that have felt none, and so does one beside those that have; without friction
+// nothing changes. Heat stays, and no energy leaves the range that there was.
+TYPED_TEST( Transfer, aHotParticleConductsHeatToAllAround )
+{
+    constexpr int Dim = TypeParam::dimension;
+    using Basis = typename TypeParam::basis;
+    Box<Basis, Dim> box( "periodic" );
+    auto& state = box.scene.state;
+    state.rates = &state.particles.template addSidecar<RateMembers>(
+        "rates", DuringStep::renews );
+    auto heat = makeNodeSum( "heat", state, 4 );
+    const int hot = 3;
+    for ( const auto& [own, others] :
+          { std::pair<Real, Real>{ 1, 0 }, { 0, 1 }, { 1, 1 }, { 0, 0 } } )
+    {
+        setHotParticle( state, hot, own, others );
+        const Heat before( state, hot );
+        Impl::conductHeat<Basis>( state, heat );
+        const Heat after( state, hot );
+        EXPECT_NEAR( after.sum, before.sum, tolerance( 1e-13 ) * before.sum );
+        EXPECT_GE( after.least, 1 - tolerance( 1e-14 ) );
+        if ( own == 0 && others == 0 )
+        {
+            EXPECT_EQ( after.hot, 10 );
+            EXPECT_EQ( after.least, 1 );
+            continue;
+        }
+        EXPECT_LT( after.hot, 9 ) << own << " " << others;
+        EXPECT_LE( after.largest, 9 ) << own << " " << others;
+    }
 }
 
 // Threads add to rows of their own and to copies of others; wherever their own

@@ -156,46 +156,42 @@ shearOf( const VectorOf<Dim, Number> ( &C )[Dim] )
 }
 
 /*!
-  \brief Part of its heat that a particle exchanges with its surroundings
-  (docs/conservative.md, section 8): min(1, phi min(1, ck dt max(-D, 0)) + kc n
-  shear loss / e), where n steps lie from exchange to exchange. Parts that no
-  sum would feel are none, as they could underflow, and so is the conduction of
-  smooth flow.
+  \brief Parts of its heat that a particle exchanges with its surroundings
+  before the next step (docs/conservative.md, section 8): of mixing phi min(1,
+  ck dt max(-D, 0)), of conduction min(1, kc n shear loss / e), where n steps
+  lie from one to the next. Parts that no sum would feel are none, as they could
+  underflow, and so is the conduction of smooth flow.
 */
 template <int Dim, class Gradient, class Slice>
 struct HeatShares
 {
-    bool asked;      //!< at the end of this step?
     Real mixing;     //!< ck dt
-    Real conduction; //!< kc n
+    Real conduction; //!< kc n, 0 where the next step conducts nothing
     Gradient C;
-    Slice divergence;
-    Slice share; //!< holds phi until then, where there is mixing
+    Slice divergence; //!< becomes the part of conduction
+    Slice limiter;    //!< becomes that of mixing
 
     //! \param loss heat of friction \param e what the particle had
     KOKKOS_FORCEINLINE_FUNCTION void note( const Pack p, const Lanes& loss,
                                            const Lanes& e ) const
     {
-        if ( !asked )
-            return;
         const Lanes zero( 0.0 );
         const Lanes one( 1.0 );
-        Lanes part = zero;
         if ( mixing > 0 )
         {
             const Lanes closing =
                 mixing * Kokkos::max( Lanes( -load( divergence, p ) ), zero );
-            part = load( share, p ) * Kokkos::min( closing, one );
-            part = choose( Lanes( 1e-12 ) < part, part, zero );
+            const Lanes part = load( limiter, p ) * Kokkos::min( closing, one );
+            store( limiter, choose( Lanes( 1e-12 ) < part, part, zero ), p );
         }
         if ( conduction > 0 )
         {
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
             const Lanes heated = conduction * shearOf<Dim>( affine ) * loss;
-            part += choose( 1e-3_rt * e < heated, Lanes( heated / e ), zero );
+            const Lanes part = Kokkos::min( Lanes( heated / e ), one );
+            store( divergence, choose( 1e-3_rt * e < heated, part, zero ), p );
         }
-        store( share, Lanes( Kokkos::min( part, one ) ), p );
     }
 };
 
@@ -212,7 +208,8 @@ struct HeatShares
 
   Where Rearranges: V' *= 1 - clip(kd dt relaxationRate, -.25, .25), and the
   velocity of motion loses ks c clip(g, -.5, .5) with g = h grad theta. Uniform
-  motion knows neither. \param[out] state.rates HeatShare, if parts ask for it
+  motion knows neither. \param[out] state.rates MixedHeat and ConductedHeat, if
+  parts ask for them
   \param drift of the integrator midpoint, else null
 */
 template <class Basis, bool Rearranges, int Dim>
@@ -259,12 +256,11 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const Real ks = parts.particle_shifting;
     const auto divergence = sliceOfRates<Divergence>( state );
     const HeatShares<Dim, decltype( C ), decltype( divergence )> shares{
-        parts.exchangesHeat( state.step + 1 ),
         parts.heat_mixing * dt,
-        parts.heat_conduction * parts.stepsToHeat(),
-        C,
-        divergence,
-        sliceOfRates<HeatShare>( state ) };
+        parts.conductsHeat( state.step + 1 )
+            ? parts.heat_conduction * ConservativeParts::conduct_every
+            : 0,
+        C, divergence, sliceOfRates<MixedHeat>( state ) };
     forEachStencil<Basis>(
         "Machpoint::gatherParticles", state,
         KOKKOS_LAMBDA( const Pack p,

@@ -265,7 +265,7 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
 template <class Basis, int Dim, class Sums>
 void depositHeat( const State<Dim>& state, const Sums& sums )
 {
-    const auto share = sliceOfRates<HeatShare>( state );
+    const auto share = sliceOfRates<MixedHeat>( state );
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
@@ -296,17 +296,16 @@ void depositHeat( const State<Dim>& state, const Sums& sums )
 
 /*!
   \brief Exchange of heat: e += eta (sum w e_i - e) with e_i = sum m eta w e /
-  sum m eta w and eta the particles' HeatShare. Conserves energy; spreads the
-  heat that a shock, a wall (after the heat flux of Noh 1987) or friction leaves
-  in too few particles.
-  \param heat [nodes][>= 2] scratch
+  sum m eta w and eta the particles' MixedHeat. Conserves energy; spreads the
+  heat that a shock or a wall leaves in too few particles (after the heat flux
+  of Noh 1987). \param heat [nodes][>= 2] scratch
 */
 template <class Basis, int Dim>
 void mixHeat( const State<Dim>& state, NodeSum& heat )
 {
     const auto x = state.particles.template slice<Position>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto share = sliceOfRates<HeatShare>( state );
+    const auto share = sliceOfRates<MixedHeat>( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto sums = heat.field();

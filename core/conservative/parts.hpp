@@ -30,22 +30,15 @@ struct ConservativeParts
     Real mass_floor;           //!< no half is lighter than this part
     Real merge_volume;         //!< of a pair that is merged, cells
 
-    //! Steps from one exchange of heat to the next; 0: there is none. A shock
-    //! calls for it at once, friction takes hundreds of steps.
-    int stepsToHeat() const
-    {
-        return heat_mixing > 0 ? 1 : heat_conduction > 0 ? 5 : 0;
-    }
-    //! The part that the exchange of heat is counted for.
-    const char* nameOfHeat() const
-    {
-        return heat_mixing > 0 ? "heat mixing" : "heat conduction";
-    }
-    //! Is heat exchanged at the beginning of a step? The first has no step
+    //! Steps between conductions: a shock calls for the exchange of heat at
+    //! once, friction takes hundreds of steps.
+    static constexpr int conduct_every = 10;
+
+    //! Is heat conducted at the beginning of a step? The first has no step
     //! before it.
-    bool exchangesHeat( const std::int64_t step ) const
+    bool conductsHeat( const std::int64_t step ) const
     {
-        return stepsToHeat() > 0 && step > 0 && step % stepsToHeat() == 0;
+        return heat_conduction > 0 && step > 0 && step % conduct_every == 0;
     }
 
     //! Splitting and merging need to know where a particle came from.
@@ -128,7 +121,7 @@ struct ConservativeParts
                   "kc: exchange of heat in units of what the transfer's "
                   "friction heats a particle by, relative to its own; 1D: 0" )
             .atLeast( 0 )
-            .defaultsTo( line ? 0 : 10 )
+            .defaultsTo( line ? 0 : 20 )
             .switches( "heat conduction", 0 )
             .source( "docs/conservative.md, section 8" );
         p.number( "split_volume", "volume above which a particle is halved" )

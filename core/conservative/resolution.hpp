@@ -62,6 +62,10 @@ numberByParent( State<Dim>& state, const IndexList& parents )
     return ids;
 }
 
+//! Steps between two looks at how particles are stretched. It takes them dozens
+//! to become large.
+constexpr int track_every = 5;
+
 //! Is a particle, or each of a pack, to be halved?
 struct LargeParticle
 {
@@ -80,7 +84,8 @@ struct LargeParticle
   \brief Halves particles larger than parts.split_volume along the axis of the
   largest stretch S: offsets +- V^(1/Dim) e^S / 4, at most to the sides of the
   domain. The halves keep v, C and e; mass, momentum, energy and volume stay
-  (on hats, what the affine energy loses becomes heat).
+  (on hats, what the affine energy loses becomes heat). S is a sum of rectangles
+  of track_every steps; volumes are looked at in every one.
 */
 template <class Basis, int Dim>
 void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
@@ -91,7 +96,9 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto V = state.particles.template slice<Volume>();
     const auto stretch = Cabana::slice<Stretch>( history.data() );
     const auto original = Cabana::slice<OriginalMass>( history.data() );
-    const Real dt = state.dt;
+    // In 1D volume is all that changes.
+    const bool tracks = Dim > 1 && state.step % track_every == 0;
+    const Real elapsed = track_every * state.dt;
     // A particle as large as those of the start is not halved.
     const LargeParticle is_large{
         Kokkos::max( parts.split_volume, 1.5_rt / state.per_cell ) *
@@ -103,7 +110,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     forEachPack(
         "Machpoint::trackStretch", n,
         KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-            if ( Dim > 1 ) // in 1D volume is all that changes
+            if ( tracks )
             {
                 Lanes mean( 0.0 );
                 for ( int a = 0; a < Dim; ++a )
@@ -111,7 +118,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 for ( int a = 0; a < Dim; ++a )
                     store( stretch,
                            load( stretch, p, a ) +
-                               dt * ( load( C, p, a, a ) - mean ),
+                               elapsed * ( load( C, p, a, a ) - mean ),
                            p, a );
             }
             const Lanes volume = load( V, p );

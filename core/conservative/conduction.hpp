@@ -1,0 +1,94 @@
+/*!
+  \file conduction.hpp
+  \brief Part of `conservative` that leads off the heat of friction
+  (docs/conservative.md, section 8).
+*/
+#ifndef MACHPOINT_CONSERVATIVE_CONDUCTION_HPP
+#define MACHPOINT_CONSERVATIVE_CONDUCTION_HPP
+
+#include <core/basis.hpp>
+#include <core/module.hpp>
+
+namespace Machpoint
+{
+namespace Impl
+{
+
+//! Adds m, m e, m eta and m eta e of the particles.
+//! \param sums the scatter of a field [nodes][4]
+template <class Basis, int Dim, class Sums>
+void depositConduction( const State<Dim>& state, const Sums& sums )
+{
+    const auto m = state.particles.template slice<Mass>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto share = sliceOfRates<ConductedHeat>( state );
+    const auto layout = state.layout;
+    forEachDeposit<Basis>(
+        "Machpoint::conductedHeat", state, sums,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                       const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+            const Lanes mass = load( m, p );
+            const Lanes heat = mass * load( e, p );
+            const Lanes part = load( share, p );
+            forEachNode( s, layout,
+                         [&]( const auto& i ) MACHPOINT_INLINE
+                         {
+                             const Lanes values[4] = {
+                                 i.weight * mass, i.weight * heat,
+                                 i.weight * ( part * mass ),
+                                 i.weight * ( part * heat ) };
+                             addColumns( nodes, p, i.row, 0, values );
+                         } );
+        } );
+}
+
+/*!
+  \brief Conduction of heat: a pair of particles exchanges it where either has
+  felt friction,
+  e_p += sum_i w_i sum_q m_q w_iq / m_i (1 - (1 - eta_p)(1 - eta_q)) (e_q -
+  e_p), eta their ConductedHeat, m_i = sum_q m_q w_iq. Conserves energy, and an
+  energy ends between those that were there. \param heat [nodes][>= 4] scratch
+*/
+template <class Basis, int Dim>
+void conductHeat( const State<Dim>& state, NodeSum& heat )
+{
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto share = sliceOfRates<ConductedHeat>( state );
+    const auto layout = state.layout;
+    const auto means = heat.field();
+
+    heat.deposit( [&]( const auto& nodes )
+                  { depositConduction<Basis>( state, nodes ); } );
+    heat.foldAndFill( state.halo, NodeComponents<4>{} );
+    Kokkos::parallel_for(
+        "Machpoint::meanHeat", Range( 0, layout.total ),
+        KOKKOS_LAMBDA( const int i ) {
+            const Real mass = means( i, 0 );
+            for ( int k = 1; k < 4; ++k )
+                means( i, k ) = mass > 0 ? means( i, k ) / mass : 0.0_rt;
+        } );
+    forEachStencil<Basis>(
+        "Machpoint::conductHeat", state,
+        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+            MACHPOINT_INLINE {
+                const Lanes own = load( e, p );
+                const Lanes part = load( share, p );
+                Lanes change( 0.0 );
+                forEachNode( s, layout,
+                             [&]( const auto& i ) MACHPOINT_INLINE
+                             {
+                                 Lanes mean[4]; // m, e, eta, eta e
+                                 loadRow( means, i.row, mean );
+                                 change += i.weight *
+                                           ( part * ( mean[1] - own ) +
+                                             ( 1 - part ) *
+                                                 ( mean[3] - mean[2] * own ) );
+                             } );
+                store( e, own + change, p );
+            } );
+}
+
+} // namespace Impl
+} // namespace Machpoint
+
+#endif
