@@ -6,8 +6,7 @@
 #ifndef MACHPOINT_CONSERVATIVE_CONDUCTION_HPP
 #define MACHPOINT_CONSERVATIVE_CONDUCTION_HPP
 
-#include <core/basis.hpp>
-#include <core/module.hpp>
+#include <core/transfer.hpp>
 
 namespace Machpoint
 {
