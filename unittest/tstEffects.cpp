@@ -185,10 +185,11 @@ TEST( Effects, partsHaveTheNamesThatTheyAreDeclaredWith )
                 EXPECT_GT( entry.kernels, 0 ) << entry.name;
             found.insert( entry.name );
         }
-    EXPECT_EQ( found, ( std::set<std::string>{
-                          "artificial_viscosity", "viscosity limiter",
-                          "pressure relaxation", "heat mixing", "splitting",
-                          "merging", "midpoint", "retries" } ) );
+    EXPECT_EQ( found,
+               ( std::set<std::string>{
+                   "artificial_viscosity", "viscosity limiter",
+                   "pressure relaxation", "heat mixing", "heat conduction",
+                   "splitting", "merging", "midpoint", "retries" } ) );
 }
 
 struct Effect
