@@ -292,31 +292,31 @@ void setHotParticle( const State<Dim>& state, const int hot, const Real own,
         } );
 }
 
-//! Heat of all particles, the energies' range, and that of one particle.
+//! Heat of all particles, the range of their energies, and that of one.
 struct Heat
 {
-    Real sum = 0, least = 0, largest = 0, hot = 0;
-
-    template <int Dim>
-    Heat( const State<Dim>& state, const int row )
-    {
-        const auto e = state.particles.template slice<SpecificInternalEnergy>();
-        const auto m = state.particles.template slice<Mass>();
-        Kokkos::MinMaxScalar<Real> range;
-        Kokkos::parallel_reduce(
-            "heat", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p, Real& all,
-                           Kokkos::MinMaxScalar<Real>& between, Real& one ) {
-                all += m( p ) * e( p );
-                between.min_val = Kokkos::min( between.min_val, e( p ) );
-                between.max_val = Kokkos::max( between.max_val, e( p ) );
-                one += p == row ? e( p ) : 0.0_rt;
-            },
-            sum, Kokkos::MinMax<Real>( range ), hot );
-        least = range.min_val;
-        largest = range.max_val;
-    }
+    Real sum = 0, hot = 0;
+    Kokkos::MinMaxScalar<Real> range;
 };
+
+template <int Dim>
+Heat heatOf( const State<Dim>& state, const int hot )
+{
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto m = state.particles.template slice<Mass>();
+    Heat heat;
+    Kokkos::parallel_reduce(
+        "heat", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p, Real& sum, Real& one,
+                       Kokkos::MinMaxScalar<Real>& range ) {
+            sum += m( p ) * e( p );
+            one += p == hot ? e( p ) : 0.0_rt;
+            range.min_val = Kokkos::min( range.min_val, e( p ) );
+            range.max_val = Kokkos::max( range.max_val, e( p ) );
+        },
+        heat.sum, heat.hot, Kokkos::MinMax<Real>( heat.range ) );
+    return heat;
+}
 
 // A hot particle that friction has heated gives to all around it, also to those
 // that have felt none, and so does one beside those that have; without friction
@@ -335,19 +335,19 @@ TYPED_TEST( Transfer, aHotParticleConductsHeatToAllAround )
           { std::pair<Real, Real>{ 1, 0 }, { 0, 1 }, { 1, 1 }, { 0, 0 } } )
     {
         setHotParticle( state, hot, own, others );
-        const Heat before( state, hot );
+        const auto before = heatOf( state, hot );
         Impl::conductHeat<Basis>( state, heat );
-        const Heat after( state, hot );
+        const auto after = heatOf( state, hot );
         EXPECT_NEAR( after.sum, before.sum, tolerance( 1e-13 ) * before.sum );
-        EXPECT_GE( after.least, 1 - tolerance( 1e-14 ) );
+        EXPECT_GE( after.range.min_val, 1 - tolerance( 1e-14 ) );
         if ( own == 0 && others == 0 )
         {
             EXPECT_EQ( after.hot, 10 );
-            EXPECT_EQ( after.least, 1 );
+            EXPECT_EQ( after.range.min_val, 1 );
             continue;
         }
         EXPECT_LT( after.hot, 9 ) << own << " " << others;
-        EXPECT_LE( after.largest, 9 ) << own << " " << others;
+        EXPECT_LE( after.range.max_val, 9 ) << own << " " << others;
     }
 }
 
