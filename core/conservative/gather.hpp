@@ -188,9 +188,10 @@ struct HeatShares
         {
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
-            const Lanes heated = conduction * shearOf<Dim>( affine ) * loss;
-            const Lanes part = Kokkos::min( Lanes( heated / e ), one );
-            store( divergence, choose( 1e-3_rt * e < heated, part, zero ), p );
+            const Lanes friction = shearOf<Dim>( affine ) * loss / e;
+            const Lanes part = Kokkos::min( conduction * friction, one );
+            store( divergence, choose( Lanes( 2e-5 ) < friction, part, zero ),
+                   p );
         }
     }
 };
