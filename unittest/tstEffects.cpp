@@ -295,11 +295,7 @@ const std::vector<Part>& parts()
           0,
           { "Machpoint::sharedHeat", "Machpoint::mixHeat" },
           {} },
-        { "heat_conduction",
-          20,
-          0,
-          { "Machpoint::conductedHeat", "Machpoint::conductHeat" },
-          {} },
+        { "heat_conduction", 20, 0, { "Machpoint::findFriction" }, {} },
         { "split_volume",
           0.75,
           0,
@@ -338,6 +334,16 @@ TEST_P( OptionalPart, costsNothingWhenOff )
         EXPECT_EQ( off.allocations.count( label ), 0u ) << label;
         EXPECT_GT( on.allocations.count( label ), 0u ) << label;
     }
+}
+
+// Conduction looks for friction; only gas that has felt some conducts heat.
+TEST( Effects, gasWithoutFrictionConductsNoHeat )
+{
+    const auto quiet = box( 2, 8, 2, "conservative", "quadratic", "periodic" );
+    EXPECT_EQ( tally( quiet ).kernels.count( "Machpoint::conductHeat" ), 0u );
+    auto shocked = shockTube( 2, 16, 3, "conservative", "quadratic" );
+    shocked["particles"]["placement"] = "random";
+    EXPECT_GT( tally( shocked ).kernels.count( "Machpoint::conductHeat" ), 0u );
 }
 
 INSTANTIATE_TEST_SUITE_P( Each, OptionalPart, testing::Range( 0, 7 ),

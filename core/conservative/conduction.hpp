@@ -41,16 +41,37 @@ void depositConduction( const State<Dim>& state, const Sums& sums )
         } );
 }
 
+//! Has any particle of any rank felt friction? Collective.
+template <int Dim>
+bool findFriction( State<Dim>& state )
+{
+    const auto share = sliceOfRates<ConductedHeat>( state );
+    const int n = state.particles.size();
+    RowList& found = state.noted;
+    found.clear( n );
+    forEachPack(
+        "Machpoint::findFriction", n,
+        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+            if ( any( active( p ) && Lanes( 0.0 ) < load( share, p ) ) )
+                found.note( p.first );
+        } );
+    return state.decomposition.comm().sum( std::int64_t( found.count() ) ) > 0;
+}
+
 /*!
   \brief Conduction of heat: a pair of particles exchanges it where either has
-  felt friction,
-  e_p += sum_i w_i sum_q m_q w_iq / m_i (1 - (1 - eta_p)(1 - eta_q)) (e_q -
-  e_p), eta their ConductedHeat, m_i = sum_q m_q w_iq. Conserves energy, and an
-  energy ends between those that were there. \param heat [nodes][>= 4] scratch
+  felt friction.
+
+  e_p += sum_i w_i sum_q m_q w_iq / m_i (1 - (1 - eta_p)(1 - eta_q)) (e_q - e_p)
+  with eta their ConductedHeat and m_i = sum_q m_q w_iq. Conserves energy, and
+  an energy ends between those that were there. Without friction it looks, no
+  more. \param heat [nodes][>= 4] scratch
 */
 template <class Basis, int Dim>
-void conductHeat( const State<Dim>& state, NodeSum& heat )
+void conductHeat( State<Dim>& state, NodeSum& heat )
 {
+    if ( !findFriction( state ) )
+        return;
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto share = sliceOfRates<ConductedHeat>( state );
     const auto layout = state.layout;
