@@ -39,8 +39,6 @@ struct Conservative : MethodDefaults
     //! of the viscosity those next to a face.
     static constexpr int margin = 1;
     static constexpr bool needs_outer_moments = true;
-    //! Steps between merges.
-    static constexpr int merge_every = 5;
 
     template <int Dim>
     static constexpr int moment_columns = 1 + 3 * Dim;
@@ -150,7 +148,7 @@ struct Conservative : MethodDefaults
             const Profile::Effect effect( "heat conduction" );
             Impl::conductHeat<Basis, Dim>( state, storage.stress );
         }
-        if ( parts.merge_volume > 0 && state.step % merge_every == 0 )
+        if ( parts.merge_volume > 0 && state.step % parts.merge_every == 0 )
         {
             const Profile::Effect effect( "merging" );
             Impl::mergeParticles<Basis, Dim>( state, *storage.history,

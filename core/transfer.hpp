@@ -254,6 +254,19 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
         } );
 }
 
+//! Sums become means: columns 1 to Columns - 1 of all rows over column 0; 0
+//! where that is 0. \param label of the kernel
+template <int Columns>
+void divideByFirst( const char* label, const NodeView& sums )
+{
+    Kokkos::parallel_for(
+        label, Range( 0, sums.extent_int( 0 ) ), KOKKOS_LAMBDA( const int i ) {
+            const Real whole = sums( i, 0 );
+            for ( int k = 1; k < Columns; ++k )
+                sums( i, k ) = whole > 0 ? sums( i, k ) / whole : 0.0_rt;
+        } );
+}
+
 //! v_i = (mv)_i / m_i on nodes; 0 where there is no gas.
 //! \param[out] velocities columns 0 to Dim - 1
 template <int Dim>

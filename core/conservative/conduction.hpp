@@ -80,13 +80,7 @@ void conductHeat( State<Dim>& state, NodeSum& heat )
     heat.deposit( [&]( const auto& nodes )
                   { depositConduction<Basis>( state, nodes ); } );
     heat.foldAndFill( state.halo, NodeComponents<4>{} );
-    Kokkos::parallel_for(
-        "Machpoint::meanHeat", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
-            const Real mass = means( i, 0 );
-            for ( int k = 1; k < 4; ++k )
-                means( i, k ) = mass > 0 ? means( i, k ) / mass : 0.0_rt;
-        } );
+    divideByFirst<4>( "Machpoint::meanHeat", means );
     forEachStencil<Basis>(
         "Machpoint::conductHeat", state,
         KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )

@@ -215,24 +215,13 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
     cell_means.deposit( [&]( const auto& cells )
                         { depositCellPressure<Basis>( state, cells ); } );
     cell_means.foldAndFill( state.halo, cellComponents<Dim, 3>() );
-    Kokkos::parallel_for(
-        "Machpoint::meanCellPressure", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
-            const Real volume = means( i, 0 );
-            for ( int k = 1; k < 3; ++k )
-                means( i, k ) = volume > 0 ? means( i, k ) / volume : 0.0_rt;
-        } );
+    divideByFirst<3>( "Machpoint::meanCellPressure", means );
 
     cell_sums.deposit(
         [&]( const auto& cells )
         { depositTargetPressure<Basis>( state, means, eta, cells ); } );
     cell_sums.foldAndFill( state.halo, cellComponents<Dim, 2>() );
-    Kokkos::parallel_for(
-        "Machpoint::cellTargetPressure", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
-            sums( i, 1 ) =
-                sums( i, 0 ) > 0 ? sums( i, 1 ) / sums( i, 0 ) : 0.0_rt;
-        } );
+    divideByFirst<2>( "Machpoint::cellTargetPressure", sums );
 
     forEachStencil<Basis>(
         "Machpoint::exchangeVolume", state,

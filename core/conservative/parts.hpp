@@ -30,9 +30,13 @@ struct ConservativeParts
     Real mass_floor;           //!< no half is lighter than this part
     Real merge_volume;         //!< of a pair that is merged, cells
 
-    //! Steps between conductions: a shock calls for the exchange of heat at
-    //! once, friction takes hundreds of steps.
-    static constexpr int conduct_every = 10;
+    //! \name Steps from one to the next
+    //! @{
+    static constexpr int conduct_every = 10; //!< friction takes hundreds
+    static constexpr int merge_every = 5;
+    //! Looks at how particles are stretched: it takes them dozens to be large.
+    static constexpr int track_every = 5;
+    //! @}
 
     //! Is heat conducted at the beginning of a step? The first has no step
     //! before it.

@@ -62,10 +62,6 @@ numberByParent( State<Dim>& state, const IndexList& parents )
     return ids;
 }
 
-//! Steps between two looks at how particles are stretched. It takes them dozens
-//! to become large.
-constexpr int track_every = 5;
-
 //! Is a particle, or each of a pack, to be halved?
 struct LargeParticle
 {
@@ -97,8 +93,8 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto stretch = Cabana::slice<Stretch>( history.data() );
     const auto original = Cabana::slice<OriginalMass>( history.data() );
     // In 1D volume is all that changes.
-    const bool tracks = Dim > 1 && state.step % track_every == 0;
-    const Real elapsed = track_every * state.dt;
+    const bool tracks = Dim > 1 && state.step % parts.track_every == 0;
+    const Real elapsed = parts.track_every * state.dt;
     // A particle as large as those of the start is not halved.
     const LargeParticle is_large{
         Kokkos::max( parts.split_volume, 1.5_rt / state.per_cell ) *
