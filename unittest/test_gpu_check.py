@@ -113,6 +113,28 @@ class Stages(Scratch):
         self.assertAlmostEqual(worst, 1e-6, delta=1e-9)
         self.assertEqual(where, "errors/density/L1")
 
+    def test_a_kernel_counts_as_it_was_run_last(self):
+        head = ["ID", "Kernel Name", *gpu_check.METRICS.values()]
+        lines = ["==PROF== Connected", *[
+            ",".join(f'"{cell}"' for cell in row) for row in [
+                head, ["", "", *["unit"] * len(gpu_check.METRICS)],
+                ["0", "step", *["1"] * len(gpu_check.METRICS)],
+                ["1", "other", *["1"] * len(gpu_check.METRICS)],
+                ["2", "step", "2,500", *["7.5"] * 8]]]]
+        names = {"step": "void run<Kokkos::ParallelFor<Machpoint::Impl::Turns<"
+                         "void Machpoint::Impl::driftParticles<"
+                         "Machpoint::Quadratic, 2>(int)::{lambda(int)#1}> > >",
+                 "other": "void Kokkos::Impl::fill()"}
+        text = "\n".join(lines)
+        for short, name in names.items():
+            text = text.replace(f'"{short}"', f'"{name}"')
+        found = gpu_check.Check.kernels_of(text)
+        self.assertEqual(len(found), 1, found)
+        (kernel, numbers), = found.items()
+        self.assertIn("driftParticles<Quadratic, 2>", kernel)
+        self.assertEqual(numbers["ns"], 2500)
+        self.assertEqual(numbers["registers"], 7.5)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -26,27 +26,12 @@ import shutil
 import subprocess
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] /
-                       "performance"))
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "performance")]
 
 import page
+from kernel_names import STEP, function_of
 
-# Functions whose kernels make up a step, over particles and then over nodes.
-STEP = {
-    "particlesToGrid": "P2G of `paper` and `apic`",
-    "momentumToGrid": "second P2G of `paper`",
-    "updateParticleVelocity": "FLIP of `paper`",
-    "updateParticles": "G2P of `paper`",
-    "gridToParticlesApic": "G2P of `apic`",
-    "depositParticles": "P2G of `conservative`",
-    "depositStress": "rates, viscosity, stress",
-    "gatherParticles": "G2P of `conservative`",
-    "driftParticles": "drift",
-    "evaluateGas": "equation of state, survey",
-    "gridVelocity": "velocities of nodes",
-    "measureFaces": "faces, limiter",
-    "applyPressure": "pressure on nodes",
-}
 # Opcodes that compute with doubles, or make or take them.
 DOUBLES = r"D(ADD|MUL|FMA|SETP|MNMX)|[FI]2F\.F64|F2[FI]\..*F64|MUFU\.\w+64H"
 # Of a Hopper's multiprocessor (CUDA C++ Programming Guide, compute capability
@@ -81,29 +66,6 @@ def instructions(lines):
             if code:
                 own[code[1]] += 1
     return counts
-
-
-def function_of(demangled):
-    """What a kernel is of: (function, template arguments, number of the kernel in
-    it), or None if it is none of Machpoint's."""
-    start = re.search(r"(?:ParallelFor|ParallelScan\w*|CombinedFunctorReducer|"
-                      r"CombinedReductionFunctorWrapper)<Machpoint::", demangled)
-    if not start:
-        return None
-    # Up to the function's parameters, cut at each :: that is no argument's.
-    parts, depth = [""], 0
-    for letter in demangled[start.end():].replace("::", ":"):
-        depth += (letter == "<") - (letter == ">")
-        if depth == 0 and letter == "(":
-            break
-        if depth == 0 and letter == ":":
-            parts.append("")
-        else:
-            parts[-1] += letter
-    name, _, arguments = parts[-1].partition("<")
-    number = re.search(r"\{lambda\(int[^)]*\)#(\d+)\}", demangled)
-    return (name, re.sub(r"\w+:", "", arguments).removesuffix(">"),
-            int(number[1]) if number else 1)
 
 
 def total(counts, pattern):
