@@ -66,7 +66,7 @@ class Inflow : public SideBoundary<Dim>
         const Real width = _buffer * grid.spacing[part.axis()];
         _nodes = listNodes(
             "Machpoint::inflowNodes", state.layout,
-            KOKKOS_LAMBDA( const Vector<Dim>& x ) {
+            MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
                 return part.depth( grid, x ) < width &&
                        part.contains( grid, x );
             } );
@@ -81,7 +81,7 @@ class Inflow : public SideBoundary<Dim>
         Kokkos::parallel_for(
             "Machpoint::inflowNodes",
             Range( 0, static_cast<int>( nodes.extent( 0 ) ) ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 for ( int d = 0; d < Dim; ++d )
                     field( nodes( k ), first + d ) = stream.velocity[d];
             } );
@@ -123,7 +123,7 @@ class Inflow : public SideBoundary<Dim>
         const auto box = state.layout.box;
         Kokkos::parallel_scan(
             "Machpoint::findEntering", Range( 0, candidates ),
-            KOKKOS_LAMBDA( const int k, int& n, const bool final ) {
+            MACHPOINT_LAMBDA( const int k, int& n, const bool final ) {
                 const double depth = pattern.depth( k );
                 if ( depth < before || depth >= after ||
                      !pattern.part.contains( pattern.grid,
@@ -154,7 +154,7 @@ class Inflow : public SideBoundary<Dim>
             stream.density * state.grid.cellVolume() / state.per_cell;
         Kokkos::parallel_for(
             "Machpoint::inflow", Range( 0, count ),
-            KOKKOS_LAMBDA( const int n ) {
+            MACHPOINT_LAMBDA( const int n ) {
                 const int k = entering( n );
                 const int p = old + n;
                 const auto y = pattern.place( k, after );
@@ -251,7 +251,7 @@ class Inflow : public SideBoundary<Dim>
         const int n = state.particles.size();
         forEachPack(
             "Machpoint::imposeStream", n,
-            KOKKOS_LAMBDA( const Pack pack ) MACHPOINT_INLINE {
+            MACHPOINT_LAMBDA( const Pack pack ) MACHPOINT_INLINE {
                 const Lanes s = load( x, pack, part.axis() );
                 if ( !any( part.depthOf( grid, s ) < Lanes( width ) ) )
                     return;

@@ -96,7 +96,7 @@ class Obstacle : public Module<Dim>
         const Real reach = _reach * state.grid.minSpacing();
         _nodes = listNodes(
             "Machpoint::solidNodes", state.layout,
-            KOKKOS_LAMBDA( const Vector<Dim>& x ) {
+            MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
                 return shape.distance( x ) < reach;
             } );
     }
@@ -124,7 +124,7 @@ class Obstacle : public Module<Dim>
         int added = 0;
         Kokkos::parallel_scan(
             "Machpoint::mirrorParticles", Range( 0, near ),
-            KOKKOS_LAMBDA( const int i, int& k, const bool final ) {
+            MACHPOINT_LAMBDA( const int i, int& k, const bool final ) {
                 const int p = rows( i );
                 const auto y = get<Dim>( x, p );
                 const auto nearest = shape.nearest( y );
@@ -165,7 +165,7 @@ class Obstacle : public Module<Dim>
         Kokkos::parallel_reduce(
             "Machpoint::obstacle",
             Range( 0, static_cast<int>( nodes.extent( 0 ) ) ),
-            KOKKOS_LAMBDA( const int k, Impulse& sum ) {
+            MACHPOINT_LAMBDA( const int k, Impulse& sum ) {
                 const int row = nodes( k );
                 const auto i = layout.indices( row );
                 const auto n =
@@ -209,8 +209,8 @@ class Obstacle : public Module<Dim>
         ReproducibleSum force, volume;
         Kokkos::parallel_reduce(
             "Machpoint::pushOut", Range( 0, rows.extent_int( 0 ) ),
-            KOKKOS_LAMBDA( const int k, ReproducibleSum& pV,
-                           ReproducibleSum& sum ) {
+            MACHPOINT_LAMBDA( const int k, ReproducibleSum& pV,
+                              ReproducibleSum& sum ) {
                 const int p = rows( k );
                 Vector<Dim> y = get<Dim>( x, p );
                 Real distance = shape.distance( y );
@@ -264,7 +264,7 @@ class Obstacle : public Module<Dim>
         const auto x = state.particles.template slice<Position>();
         const auto shape = _shape;
         const int n = state.particles.size();
-        auto isNear = KOKKOS_LAMBDA( const int p )
+        auto isNear = MACHPOINT_LAMBDA( const int p )
         {
             const auto y = get<Dim>( x, p );
             return shape.distanceBound( y ) <= reach &&
@@ -274,7 +274,7 @@ class Obstacle : public Module<Dim>
         const auto noted = _noted;
         forEachPack(
             "Machpoint::noteNear", n,
-            KOKKOS_LAMBDA( const Pack pack ) MACHPOINT_INLINE {
+            MACHPOINT_LAMBDA( const Pack pack ) MACHPOINT_INLINE {
                 const auto y = loadVector<Dim>( x, pack );
                 if ( any( shape.distanceBound( y ) <= Lanes( reach ) ) )
                     forEachOf( pack,
@@ -293,7 +293,7 @@ class Obstacle : public Module<Dim>
         const auto impulses = state.images.impulses;
         Kokkos::parallel_reduce(
             "Machpoint::imageImpulse", Range( _first_image, _last_image ),
-            KOKKOS_LAMBDA( const int k, Impulse& sum ) {
+            MACHPOINT_LAMBDA( const int k, Impulse& sum ) {
                 for ( int d = 0; d < Dim; ++d )
                     sum.value[d] += impulses( k, d );
             },

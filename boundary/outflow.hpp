@@ -25,7 +25,7 @@ void markBeyond( State<Dim>& state, const SidePart<Dim>& part )
     const auto rows = state.leavers;
     Kokkos::parallel_reduce(
         "Machpoint::outflow", Range( 0, rows.extent_int( 0 ) ),
-        KOKKOS_LAMBDA( const int k, ReproducibleSum& mass_sum ) {
+        MACHPOINT_LAMBDA( const int k, ReproducibleSum& mass_sum ) {
             const int p = rows( k );
             const auto y = get<Dim>( x, p );
             const Real depth = part.depth( grid, y );

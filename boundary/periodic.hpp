@@ -49,7 +49,7 @@ class Periodic : public Module<Dim>
         const auto rows = state.leavers;
         Kokkos::parallel_for(
             "Machpoint::periodic", Range( 0, rows.extent_int( 0 ) ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 Real& place = x( rows( k ), axis );
                 if ( place >= lower && place < upper )
                     return;

@@ -65,7 +65,7 @@ class Recycle : public Module<Dim>
         const auto rows = state.leavers;
         Kokkos::parallel_for(
             "Machpoint::recycle", Range( 0, rows.extent_int( 0 ) ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 const int p = rows( k );
                 if ( x( p, axis ) >= grid.lower[axis] &&
                      x( p, axis ) < grid.upper[axis] )

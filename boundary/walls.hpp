@@ -49,7 +49,7 @@ class Wall : public SideBoundary<Dim>
         const auto rows = state.leavers;
         Kokkos::parallel_for(
             "Machpoint::wall", Range( 0, rows.extent_int( 0 ) ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 const int p = rows( k );
                 const auto y = get<Dim>( x, p );
                 const Real depth = part.depth( grid, y );

@@ -119,7 +119,7 @@ SlabLoads countLoads( const Communicator& comm, const Grid<Dim>& grid,
         "Machpoint::loads", slabs, cells );
     Kokkos::parallel_for(
         "Machpoint::countLoads", Range( 0, particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
+        MACHPOINT_LAMBDA( const int p ) {
             const auto y = get<Dim>( x, p );
             Kokkos::atomic_inc(
                 &counts( slab_of( y ), grid.cell( y[axis], axis ) ) );

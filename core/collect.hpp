@@ -13,18 +13,37 @@
 namespace Machpoint
 {
 
+//! A number that kernels left. Waits for them once; without the space Kokkos
+//! waits for all spaces, and twice.
+inline int fetch( const Kokkos::View<int, MemorySpace>& number )
+{
+    int value = 0;
+    Kokkos::deep_copy( ExecutionSpace(), value, number );
+    return value;
+}
+
+//! Rows where the host sorts them; on a CPU those of the list itself.
+using HostRowList = IndexList::HostMirror;
+
 namespace Impl
 {
 //! The rows of a short list that are not negative, ascending, each once.
-inline IndexList sortRows( const IndexList& list )
+//! \param copy as many or more; where the host has them meanwhile
+inline IndexList sortRows( const IndexList& list, const HostRowList& copy )
 {
-    const auto host =
-        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), list );
-    int* const end = host.data() + host.size();
+    const int n = list.extent_int( 0 );
+    if ( n == 0 )
+        return list;
+    const ExecutionSpace space;
+    const auto host = Kokkos::subview( copy, Kokkos::make_pair( 0, n ) );
+    Kokkos::deep_copy( space, host, list );
+    space.fence( "Machpoint::sortRows" );
+    int* const end = host.data() + n;
     std::sort( host.data(), end );
     int* const first = std::lower_bound( host.data(), end, 0 );
     int* const last = std::unique( first, end );
-    Kokkos::deep_copy( list, host );
+    Kokkos::deep_copy( space, list, host );
+    space.fence( "Machpoint::sortRows" ); // before the host's rows change
     return Kokkos::subview(
         list, Kokkos::make_pair( first - host.data(), last - host.data() ) );
 }
@@ -47,14 +66,13 @@ IndexList collect( const char* label, const int begin, const int end,
         most );
     const Kokkos::View<int, MemorySpace> count( "Machpoint::rowsFound" );
     Kokkos::parallel_for(
-        label, Range( begin, end ), KOKKOS_LAMBDA( const int p ) {
+        label, Range( begin, end ), MACHPOINT_LAMBDA( const int p ) {
             if ( test( p ) )
                 rows( Kokkos::atomic_fetch_add( &count(), 1 ) ) = p;
         } );
-    int found = 0;
-    Kokkos::deep_copy( found, count );
-    return Impl::sortRows(
-        Kokkos::subview( rows, Kokkos::make_pair( 0, found ) ) );
+    const auto list =
+        Kokkos::subview( rows, Kokkos::make_pair( 0, fetch( count ) ) );
+    return Impl::sortRows( list, Kokkos::create_mirror_view( list ) );
 }
 
 /*!
@@ -80,6 +98,7 @@ class RowList
                              room + room / 4 );
             Kokkos::realloc( Kokkos::WithoutInitializing, _rows,
                              room + room / 4 );
+            _host = hostRows( _rows );
         }
         Kokkos::deep_copy( ExecutionSpace(), _count, 0 );
     }
@@ -103,12 +122,7 @@ class RowList
     }
 
     //! After the kernels: how many were noted.
-    int count() const
-    {
-        int noted = 0;
-        Kokkos::deep_copy( noted, _count );
-        return noted;
-    }
+    int count() const { return fetch( _count ); }
 
     //! After the kernels: those of the rows noted that a test is true of,
     //! ascending, each once; until the next call. \param n rows that there are
@@ -123,15 +137,28 @@ class RowList
             Kokkos::subview( _rows, Kokkos::make_pair( 0, noted ) );
         const auto all = _noted;
         Kokkos::parallel_for(
-            _noted.label(), Range( 0, noted ), KOKKOS_LAMBDA( const int k ) {
+            _noted.label(), Range( 0, noted ), MACHPOINT_LAMBDA( const int k ) {
                 list( k ) = test( all( k ) ) ? all( k ) : -1;
             } );
-        return Impl::sortRows( list );
+        return Impl::sortRows( list, _host );
     }
 
   private:
+    //! Called as the rows are, so that who reads a profile knows whose they
+    //! are.
+    static HostRowList hostRows( const IndexList& rows )
+    {
+        if constexpr ( runs_on_host )
+            return rows;
+        else
+            return HostRowList(
+                Kokkos::view_alloc( rows.label(), Kokkos::WithoutInitializing ),
+                rows.extent( 0 ) );
+    }
+
     IndexList _noted;
-    IndexList _rows; // those of the last test
+    IndexList _rows;   // those of the last test
+    HostRowList _host; // the same while they are sorted
     Kokkos::View<int, MemorySpace> _count;
 };
 

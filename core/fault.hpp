@@ -75,7 +75,7 @@ Fault findFault( const State<Dim>& state )
     Fault fault;
     Kokkos::parallel_reduce(
         "Machpoint::findFault", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p, Fault& worst ) {
+        MACHPOINT_LAMBDA( const int p, Fault& worst ) {
             Vector<Dim> moved{};
             for ( int d = 0; d < Dim; ++d )
                 moved[d] = x( p, d ) - start( p, d );

@@ -67,14 +67,14 @@ struct Turns
 /*!
   \brief Calls turns( first, last ) for parts of 0 to count - 1, in parallel; on
   a GPU for one number each.
-  \param label of the kernel in profiles
+  \tparam Blocks see RangeOf \param label of the kernel in profiles
 */
-template <class Turns>
+template <int Blocks = 1, class Turns>
 void forEachShare( const char* label, const int count, const Turns& turns )
 {
     const int threads = runs_on_host ? ExecutionSpace().concurrency() : count;
     Kokkos::parallel_for(
-        label, Range( 0, threads ),
+        label, RangeOf<Blocks>( 0, threads ),
         Impl::Shares<Turns>{ turns, count, shareOf( count, threads ) } );
 }
 

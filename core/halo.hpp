@@ -155,7 +155,7 @@ class NodeRows
         if ( _is_listed )
             Machpoint::forEach(
                 label, _count,
-                KOKKOS_LAMBDA( const int k ) { kernel( rows( k ) ); } );
+                MACHPOINT_LAMBDA( const int k ) { kernel( rows( k ) ); } );
         else
             Machpoint::forEach( label, _count, kernel );
     }
@@ -361,7 +361,7 @@ class Halo
             return;
         Kokkos::parallel_for(
             label, Range( 0, sideSize( layout, axis ) ),
-            KOKKOS_LAMBDA( const int t ) {
+            MACHPOINT_LAMBDA( const int t ) {
                 // Of node 0, whether it is stored here or not.
                 const int origin = layout( sideNode( layout, axis, t ) );
                 const int stride = layout.stride[axis];
@@ -425,7 +425,7 @@ class Halo
         }
         const auto found = collect(
             "Machpoint::outerRows", 0, layout.total, layout.total,
-            KOKKOS_LAMBDA( const int row ) {
+            MACHPOINT_LAMBDA( const int row ) {
                 const auto i = layout.indices( row );
                 for ( int d = 0; d < Dim; ++d )
                     if ( i[d] < begin[d] || i[d] >= end[d] )

@@ -180,7 +180,7 @@ class HaloExchange
         const int first = layers.first;
         Kokkos::parallel_for(
             "Machpoint::packHalo", Range( 0, layers.count * across ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 const int row =
                     rowInLayer( layout, axis, first + k / across, k % across );
                 for ( int c = 0; c < columns; ++c )
@@ -199,7 +199,7 @@ class HaloExchange
         const int first = layers.first;
         Kokkos::parallel_for(
             "Machpoint::unpackHalo", Range( 0, layers.count * across ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 const int row =
                     rowInLayer( layout, axis, first + k / across, k % across );
                 for ( int c = 0; c < columns; ++c )

@@ -61,8 +61,9 @@ void gridToParticlesApic( const State<Dim>& state )
     const Real widest = widest_volume * grid.cellVolume();
     forEachStencil<Basis>(
         "Machpoint::gridToParticles", state,
-        KOKKOS_LAMBDA( const Pack p,
-                       const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA(
+            const Pack p,
+            const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
             const auto old_x = loadVector<Dim>( x, p );
             const auto old_v = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> old_C[Dim];

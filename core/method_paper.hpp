@@ -28,7 +28,7 @@ void updateParticleVelocity( State<Dim>& state )
     const auto layout = state.layout;
     forEachStencil<Basis>(
         "Machpoint::updateParticleVelocity", state,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
             MACHPOINT_INLINE {
                 VectorOf<Dim, Lanes> change{};
                 forEachNode( s, layout,
@@ -56,8 +56,8 @@ void momentumToGrid( const State<Dim>& state, const Sums& sums )
     const auto layout = state.layout;
     forEachDeposit<Basis>(
         "Machpoint::momentumToGrid", state, sums,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                       const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                          const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
             const auto u = loadVector<Dim>( v, p );
             const Lanes mass = load( m, p );
             forEachNode( s, layout,
@@ -78,7 +78,7 @@ void divideByMass( const State<Dim>& state, const NodeView& velocity )
     const auto moments = state.nodes.moments;
     Kokkos::parallel_for(
         "Machpoint::divideByMass", Range( 0, state.layout.total ),
-        KOKKOS_LAMBDA( const int i ) {
+        MACHPOINT_LAMBDA( const int i ) {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )
                 velocity( i, d ) = m > 0 ? velocity( i, d ) / m : 0.0_rt;
@@ -107,42 +107,44 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
     const Real least = min_volume_ratio;
     forEachStencil<Basis>(
         "Machpoint::updateParticles", state,
-        KOKKOS_LAMBDA( const Pack p,
-                       const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
-            const auto old_x = loadVector<Dim>( x, p );
-            VectorOf<Dim, Lanes> gradient[Dim]{};
-            VectorOf<Dim, Lanes> move{};
-            forEachNode( s, layout,
-                         [&]( const auto& i ) MACHPOINT_INLINE
-                         {
-                             for ( int a = 0; a < Dim; ++a )
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+            MACHPOINT_INLINE {
+                const auto old_x = loadVector<Dim>( x, p );
+                VectorOf<Dim, Lanes> gradient[Dim]{};
+                VectorOf<Dim, Lanes> move{};
+                forEachNode( s, layout,
+                             [&]( const auto& i ) MACHPOINT_INLINE
                              {
-                                 move[a] += i.weight *
-                                            at( velocities, i.row, Dim + a );
-                                 const Lanes u = at( velocity, i.row, a );
-                                 for ( int b = 0; b < Dim; ++b )
-                                     gradient[a][b] += u * i.gradient[b];
-                             }
-                         } );
-            Lanes D( 0.0 );
-            VectorOf<Dim, Lanes> new_x{};
-            for ( int a = 0; a < Dim; ++a )
-            {
-                D += gradient[a][a];
-                for ( int b = 0; b < Dim; ++b )
-                    store( next_L, gradient[a][b], p, a, b ); // 9a
-                new_x[a] = old_x[a] + dt * move[a];           // 10
-                store( next_x, new_x[a], p, a );
-            }
-            const Lanes volume = load( V, p );
-            const Lanes work = load( pressure, p ) * volume / load( m, p ) * D;
-            const Lanes new_e = load( e, p ) - dt * work; // 9b
-            const Lanes new_V =
-                volume * Kokkos::max( 1 + dt * D, Lanes( least ) ); // 9c
-            store( next_e, new_e, p );
-            store( next_V, new_V, p );
-            note( p, old_x, new_x, loadVector<Dim>( new_v, p ), new_V, new_e );
-        } );
+                                 for ( int a = 0; a < Dim; ++a )
+                                 {
+                                     move[a] += i.weight * at( velocities,
+                                                               i.row, Dim + a );
+                                     const Lanes u = at( velocity, i.row, a );
+                                     for ( int b = 0; b < Dim; ++b )
+                                         gradient[a][b] += u * i.gradient[b];
+                                 }
+                             } );
+                Lanes D( 0.0 );
+                VectorOf<Dim, Lanes> new_x{};
+                for ( int a = 0; a < Dim; ++a )
+                {
+                    D += gradient[a][a];
+                    for ( int b = 0; b < Dim; ++b )
+                        store( next_L, gradient[a][b], p, a, b ); // 9a
+                    new_x[a] = old_x[a] + dt * move[a];           // 10
+                    store( next_x, new_x[a], p, a );
+                }
+                const Lanes volume = load( V, p );
+                const Lanes work =
+                    load( pressure, p ) * volume / load( m, p ) * D;
+                const Lanes new_e = load( e, p ) - dt * work; // 9b
+                const Lanes new_V =
+                    volume * Kokkos::max( 1 + dt * D, Lanes( least ) ); // 9c
+                store( next_e, new_e, p );
+                store( next_V, new_V, p );
+                note( p, old_x, new_x, loadVector<Dim>( new_v, p ), new_V,
+                      new_e );
+            } );
 }
 } // namespace Impl
 

@@ -63,7 +63,7 @@ class Migration
         Kokkos::parallel_for(
             "Machpoint::packParticles",
             Range( 0, static_cast<int>( _plan.totalNumExport() ) ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 to( k ) = aosoa.getTuple( rows( leaving( k ) ) );
             } );
     }
@@ -92,7 +92,7 @@ class Migration
         const auto from = next<AoSoA>( _received );
         Kokkos::parallel_for(
             "Machpoint::unpackParticles", Range( 0, arriving() ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 aosoa.setTuple( first + k, from( k ) );
             } );
     }

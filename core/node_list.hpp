@@ -27,7 +27,7 @@ IndexList listNodes( const std::string& label, const NodeLayout<Dim>& layout,
     IndexList rows( label, layout.total );
     Kokkos::parallel_scan(
         "Machpoint::listNodes", Range( 0, layout.total ),
-        KOKKOS_LAMBDA( const int row, int& n, const bool final ) {
+        MACHPOINT_LAMBDA( const int row, int& n, const bool final ) {
             const auto i = layout.home( layout.indices( row ) );
             if ( !chosen( layout.position( i ) ) )
                 return;

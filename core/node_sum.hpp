@@ -8,6 +8,7 @@
 
 #include <core/halo.hpp>
 #include <core/lanes.hpp>
+#include <core/warp_run.hpp>
 
 #include <cmath>
 #include <cstring>
@@ -117,6 +118,26 @@ class NodeScatter
     static constexpr bool has_copies = NodeSeams::has_threads;
     static constexpr int log2_block = 6;
     static constexpr int block_rows = 1 << log2_block;
+    //! Knows no neighbours that add along.
+    struct Alone
+    {
+        template <class Base>
+        KOKKOS_FORCEINLINE_FUNCTION explicit Alone( const Base& )
+        {
+        }
+        template <std::size_t Rows, std::size_t K>
+        KOKKOS_FORCEINLINE_FUNCTION void
+        add( Real* sums, const int columns, const int row, const int first,
+             const Real ( &values )[Rows][K] ) const
+        {
+            Real* sum =
+                sums + static_cast<std::size_t>( row ) * columns + first;
+            for ( std::size_t i = 0; i < Rows; ++i, sum += columns )
+                for ( std::size_t k = 0; k < K; ++k )
+                    sum[k] += values[i][k];
+        }
+    };
+    using Neighbours = std::conditional_t<has_copies, Alone, WarpRun>;
 
   public:
     //! \param sums [nodes][columns] \param seams the threads' rows
@@ -152,6 +173,7 @@ class NodeScatter
     {
         Real* sums;
         int columns;
+        [[no_unique_address]] Neighbours neighbours;
 
         KOKKOS_FORCEINLINE_FUNCTION Real* row( const int i ) const
         {
@@ -161,6 +183,15 @@ class NodeScatter
                                                       const int column ) const
         {
             return { row( i )[column] };
+        }
+        //! Adds values[i][k] to column first + k of row `row + i`; on a GPU
+        //! with the neighbours, so see WarpRun.
+        template <std::size_t Rows, std::size_t K>
+        KOKKOS_FORCEINLINE_FUNCTION void
+        add( const int row, const int first,
+             const Real ( &values )[Rows][K] ) const
+        {
+            neighbours.add( sums, columns, row, first, values );
         }
     };
     //! What a thread needs to know, found out once for all that it adds.
@@ -184,9 +215,9 @@ class NodeScatter
                 if ( copy && !areWithin( p, base, first, end - rows.last() ) )
                 {
                     prepareCopy( p, base, rows );
-                    return { copy, columns };
+                    return { copy, columns, Neighbours( base ) };
                 }
-            return { sums, columns };
+            return { sums, columns, Neighbours( base ) };
         }
 
       private:
@@ -257,7 +288,7 @@ class NodeScatter
         const auto used = _used;
         forEach(
             "Machpoint::sumOfThreads", static_cast<int>( blocks() ),
-            KOKKOS_LAMBDA( const int b ) {
+            MACHPOINT_LAMBDA( const int b ) {
                 for ( int t = 0; t < threads; ++t )
                 {
                     if ( !used( t, b ) )
@@ -506,8 +537,16 @@ KOKKOS_FORCEINLINE_FUNCTION void addColumns( const Access& nodes, const int,
                                              const int row, const int first,
                                              const Real ( &values )[K] )
 {
-    for ( std::size_t k = 0; k < K; ++k )
-        nodes( row, first + static_cast<int>( k ) ) += values[k];
+    if constexpr ( std::is_same_v<Access, NodeScatter::Access> )
+    {
+        Real line[1][K];
+        for ( std::size_t k = 0; k < K; ++k )
+            line[0][k] = values[k];
+        nodes.add( row, first, line );
+    }
+    else
+        for ( std::size_t k = 0; k < K; ++k )
+            nodes( row, first + static_cast<int>( k ) ) += values[k];
 }
 #ifndef MACHPOINT_HAS_LANES
 template <class Access, std::size_t K>
@@ -548,6 +587,24 @@ addColumns( const Access& nodes, const Pack p, const LaneRows& rows,
     }
 }
 #endif
+
+//! Adds values[i][k] of a particle, or of each of a pack, to columns first + k
+//! of node i of a line. \param base first row of the stencil \param shift rows
+//! from there to the line's first
+template <class Access, class Particle, class Base, class Number,
+          std::size_t Rows, std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void
+addLine( const Access& nodes, const Particle p, const Base& base,
+         const int shift, const int first, const Number ( &values )[Rows][K] )
+{
+    if constexpr ( std::is_same_v<Access, NodeScatter::Access> &&
+                   std::is_same_v<Number, Real> )
+        nodes.add( rowAt( base, shift ), first, values );
+    else
+        for ( std::size_t i = 0; i < Rows; ++i )
+            addColumns( nodes, p, rowAt( base, shift + static_cast<int>( i ) ),
+                        first, values[i] );
+}
 
 //! Columns of a field that addColumns adds to, at least `columns`: rows of
 //! whole registers.
@@ -666,7 +723,7 @@ class NodeSum
         Kokkos::parallel_for(
             "Machpoint::copyDeposit",
             Range( 0, static_cast<int>( to.extent( 0 ) ) ),
-            KOKKOS_LAMBDA( const int i ) {
+            MACHPOINT_LAMBDA( const int i ) {
                 for ( int c = 0; c < columns; ++c )
                     to( i, c ) = from( i, parts * column + c % parts );
             } );
@@ -682,7 +739,7 @@ class NodeSum
         Kokkos::parallel_for(
             "Machpoint::joinParts",
             Range( 0, static_cast<int>( field.extent( 0 ) ) ),
-            KOKKOS_LAMBDA( const int i ) {
+            MACHPOINT_LAMBDA( const int i ) {
                 for ( int c = 0; c < columns; ++c )
                     field( i, c ) = parts( i, 2 * c ) + parts( i, 2 * c + 1 );
             } );

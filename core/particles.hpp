@@ -168,7 +168,7 @@ void moveTuples( const AoSoA& aosoa, const IndexList& from, const IndexList& to,
 {
     Kokkos::parallel_for(
         "Machpoint::moveParticles", Range( 0, count ),
-        KOKKOS_LAMBDA( const int k ) {
+        MACHPOINT_LAMBDA( const int k ) {
             aosoa.setTuple( to( k ), aosoa.getTuple( from( k ) ) );
         } );
 }
@@ -179,7 +179,7 @@ inline IndexList rowsFrom( const int first, const int count )
     const IndexList rows( "Machpoint::rows", count );
     Kokkos::parallel_for(
         "Machpoint::rowsFrom", Range( 0, count ),
-        KOKKOS_LAMBDA( const int k ) { rows( k ) = first + k; } );
+        MACHPOINT_LAMBDA( const int k ) { rows( k ) = first + k; } );
     return rows;
 }
 
@@ -189,7 +189,8 @@ AoSoA singleTuple( const AoSoA& aosoa, const int p )
 {
     const AoSoA single( aosoa.label(), 1 );
     Kokkos::parallel_for(
-        "Machpoint::singleParticle", Range( 0, 1 ), KOKKOS_LAMBDA( const int ) {
+        "Machpoint::singleParticle", Range( 0, 1 ),
+        MACHPOINT_LAMBDA( const int ) {
             single.setTuple( 0, aosoa.getTuple( p ) );
         } );
     return single;
@@ -204,7 +205,7 @@ void putTuples( const AoSoA& aosoa, const std::size_t first,
         Cabana::create_mirror_view_and_copy( MemorySpace(), from );
     Kokkos::parallel_for(
         "Machpoint::putParticles", Range( 0, static_cast<int>( from.size() ) ),
-        KOKKOS_LAMBDA( const int k ) {
+        MACHPOINT_LAMBDA( const int k ) {
             aosoa.setTuple( first + k, block.getTuple( k ) );
         } );
     Kokkos::fence( "Machpoint::putParticles" ); // before the host's change
@@ -226,7 +227,7 @@ void copyInOrder( const ParticleBins& bins, const From& from, const To& to )
 {
     Kokkos::parallel_for(
         "Machpoint::permute", Range( 0, static_cast<int>( from.size() ) ),
-        KOKKOS_LAMBDA( const int k ) {
+        MACHPOINT_LAMBDA( const int k ) {
             to.setTuple( k, from.getTuple( bins.permutation( k ) ) );
         } );
 }
@@ -273,11 +274,12 @@ void permuteMember( const ParticleBins& bins, const AoSoA& aosoa,
     for ( std::size_t c = 0; c < sizeof( Type ) / sizeof( Value ); ++c )
     {
         Kokkos::parallel_for(
-            "Machpoint::permuteComponent", all, KOKKOS_LAMBDA( const int k ) {
+            "Machpoint::permuteComponent", all,
+            MACHPOINT_LAMBDA( const int k ) {
                 values[k] = component<Type>( slice, bins.permutation( k ), c );
             } );
         Kokkos::parallel_for(
-            "Machpoint::storeComponent", all, KOKKOS_LAMBDA( const int k ) {
+            "Machpoint::storeComponent", all, MACHPOINT_LAMBDA( const int k ) {
                 component<Type>( slice, k, c ) = values[k];
             } );
     }
@@ -313,7 +315,7 @@ void permute( const ParticleBins& bins, const ParticleArray<Members>& aosoa,
         const auto back = aosoa;
         Kokkos::parallel_for(
             "Machpoint::copyOrdered", Range( 0, static_cast<int>( tiles ) ),
-            KOKKOS_LAMBDA( const int s ) {
+            MACHPOINT_LAMBDA( const int s ) {
                 back.access( s ) = ordered.access( s );
             } );
     }
@@ -347,7 +349,7 @@ void fetchMember( const AoSoA& aosoa, const std::size_t first,
     Kokkos::parallel_for(
         "Machpoint::fetchMember",
         Range( 0, static_cast<int>( rows.extent( 0 ) ) ),
-        KOKKOS_LAMBDA( const int k ) {
+        MACHPOINT_LAMBDA( const int k ) {
             for ( std::size_t c = 0; c < block.extent( 1 ); ++c )
                 block( k, c ) = component<Type>( slice, first + k, c );
         } );
@@ -383,7 +385,7 @@ void storeMember( const AoSoA& aosoa, const std::size_t first,
     Kokkos::parallel_for(
         "Machpoint::storeMember",
         Range( 0, static_cast<int>( rows.extent( 0 ) ) ),
-        KOKKOS_LAMBDA( const int k ) {
+        MACHPOINT_LAMBDA( const int k ) {
             for ( std::size_t c = 0; c < block.extent( 1 ); ++c )
                 component<Type>( slice, first + k, c ) = block( k, c );
         } );
@@ -474,7 +476,7 @@ class Sidecar : public SidecarBase
         if ( static_cast<int>( n ) > old )
             Kokkos::parallel_for(
                 "Machpoint::clearSidecar", Range( old, static_cast<int>( n ) ),
-                KOKKOS_LAMBDA( const int p ) {
+                MACHPOINT_LAMBDA( const int p ) {
                     aosoa.setTuple( p, typename aosoa_type::tuple_type{} );
                 } );
     }
@@ -688,7 +690,7 @@ class Particles
         const auto m = slice<Mass>();
         Kokkos::parallel_for(
             "Machpoint::keepIdentities", Range( 0, count ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 kept.mass( k ) = m( kept.rows( k ) );
                 kept.id( k ) = id( kept.rows( k ) );
             } );
@@ -811,11 +813,11 @@ class Particles
     void remove( const IndexList& rows )
     {
         const int n = size();
-        const auto removed =
-            Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), rows );
-        const int count = static_cast<int>( removed.extent( 0 ) );
+        const int count = rows.extent_int( 0 );
         if ( count == 0 )
             return;
+        const auto removed =
+            Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), rows );
         const int kept = n - count;
         int moved = 0; // as many stay beyond `kept` as there are holes below
         while ( moved < count && removed( moved ) < kept )
@@ -936,7 +938,7 @@ class Particles
         int sent = 0;
         Kokkos::parallel_reduce(
             "Machpoint::targetRanks", Range( 0, count ),
-            KOKKOS_LAMBDA( const int k, int& sum ) {
+            MACHPOINT_LAMBDA( const int k, int& sum ) {
                 targets( k ) = target_of.target( rows( k ) );
                 sum += targets( k ) < 0 ? 0 : 1;
             },
@@ -992,7 +994,7 @@ class Particles
         Kokkos::parallel_for(
             "Machpoint::giveBackIdentities",
             Range( 0, kept.rows.extent_int( 0 ) ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 const int p = kept.rows( k );
                 if ( p >= n ) // it came after the step
                     return;

@@ -484,17 +484,19 @@ KOKKOS_FORCEINLINE_FUNCTION void addProducts(
     MACHPOINT_KEEP_LOOP
     for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
     {
-        MACHPOINT_UNROLL
+        MACHPOINT_KEEP_LOOP
         for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
         {
+            int row = 0;
+            if constexpr ( Dim > 1 )
+                row += j * layout.stride[1];
+            if constexpr ( Dim > 2 )
+                row += k * layout.stride[2];
+            Number line[n][width]{};
             MACHPOINT_UNROLL
             for ( int i = 0; i < n; ++i )
             {
                 const int at[3] = { i, j, k };
-                Number sums[width]{};
-                int row = 0;
-                for ( int d = 0; d < Dim; ++d )
-                    row += at[d] * layout.stride[d];
                 MACHPOINT_UNROLL
                 for ( int t = 0; t < Terms::count; ++t )
                 {
@@ -505,10 +507,10 @@ KOKKOS_FORCEINLINE_FUNCTION void addProducts(
                     for ( int d = 0; d < Dim; ++d )
                         term *= pick( Terms::axis( t ) == d ? other[d] : s.w[d],
                                       at[d] );
-                    sums[Terms::column( t ) - first] = term;
+                    line[i][Terms::column( t ) - first] = term;
                 }
-                addColumns( nodes, p, rowAt( s.base, row ), first, sums );
             }
+            addLine( nodes, p, s.base, row, first, line );
         }
     }
 }

@@ -18,6 +18,7 @@ std::size_t current_effect = none;
 std::int64_t all_kernels = 0;
 std::int64_t bytes_now = 0;
 std::int64_t most_bytes = 0;
+bool is_idle = true; // no kernel since the last fence
 Kokkos::Tools::Experimental::EventSet former;
 
 std::size_t entry( std::vector<ProfileEntry>& entries, const std::string& name )
@@ -40,8 +41,16 @@ void forCurrent( const Action& action )
         action( effect_entries[current_effect] );
 }
 
+// Kernels on a device return before they are done.
+void finishKernels()
+{
+    if ( !std::exchange( is_idle, true ) )
+        ExecutionSpace().fence( "Machpoint::Profile" );
+}
+
 void countKernel()
 {
+    is_idle = false;
     ++all_kernels;
     forCurrent( []( ProfileEntry& e ) { ++e.kernels; } );
 }
@@ -88,7 +97,18 @@ void deallocate( const Kokkos::Tools::SpaceHandle space, const char* label,
         former.deallocate_data( space, label, pointer, size );
 }
 
+void requestNoFences( const std::uint32_t, Kokkos_Tools_ToolSettings* settings )
+{
+    settings->requires_global_fencing = false;
+}
+
 } // namespace
+
+void Profile::announce()
+{
+    Kokkos::Tools::Experimental::set_request_tool_settings_callback(
+        &requestNoFences );
+}
 
 void Profile::start()
 {
@@ -133,9 +153,7 @@ Profile::Phase::Phase( const std::string& name )
 
 Profile::Phase::~Phase()
 {
-    // Kernels on a device return before they are done; the phase is over
-    // when they are.
-    ExecutionSpace().fence( "Machpoint::Profile" );
+    finishKernels();
     ++phase_entries[_entry].calls;
     phase_entries[_entry].seconds += _timer.seconds();
     current_phase = _outer;
@@ -145,13 +163,13 @@ Profile::Effect::Effect( const std::string& name )
     : _entry( entry( effect_entries, name ) ),
       _outer( std::exchange( current_effect, _entry ) )
 {
-    ExecutionSpace().fence( "Machpoint::Profile" );
+    finishKernels(); // those of others
     _timer.reset();
 }
 
 Profile::Effect::~Effect()
 {
-    ExecutionSpace().fence( "Machpoint::Profile" );
+    finishKernels();
     ++effect_entries[_entry].calls;
     effect_entries[_entry].seconds += _timer.seconds();
     current_effect = _outer;

@@ -33,6 +33,14 @@ struct ProfileEntry
 class Profile
 {
   public:
+    /*!
+      \brief Before Kokkos is initialized: says that counting needs no fences.
+
+      Without, Kokkos waits for all that runs before each kernel, as it would
+      have to for a tool that takes the time of each (on a GPU, twice as long a
+      step where there is little to do).
+    */
+    static void announce();
     //! Clears all entries and installs the callbacks (once).
     static void start();
 

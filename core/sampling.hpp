@@ -45,7 +45,7 @@ Totals sumParticles( const State<Dim>& state )
     TotalsSum sums;
     Kokkos::parallel_reduce(
         "Machpoint::sumParticles", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p, TotalsSum& sum ) {
+        MACHPOINT_LAMBDA( const int p, TotalsSum& sum ) {
             const Real mass = m( p );
             sum.mass += mass;
             sum.internal += mass * e( p );
@@ -113,7 +113,7 @@ void sampleParticles( const State<Dim>& state, const Sums& sums )
     const auto layout = state.layout;
     Kokkos::parallel_for(
         "Machpoint::sampleGrid", Range( 0, state.particles.size() ),
-        KOKKOS_LAMBDA( const int p ) {
+        MACHPOINT_LAMBDA( const int p ) {
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             const auto nodes = accessTo( sums.thread(), p, s, layout );
             forEachNode( s, layout,

@@ -350,11 +350,9 @@ class Stepper : public Simulation
         Profile::Phase phase( "guard" );
         const Profile::Effect effect( "retries" );
         auto& state = _scene.state;
-        int suspicion = 0;
-        Kokkos::deep_copy( suspicion, state.suspicion );
-        if ( suspicion == 0 && !_has_sources )
+        if ( fetch( state.suspicion ) == 0 && !_has_sources )
             return describe( Fault{} );
-        Kokkos::deep_copy( state.suspicion, 0 );
+        Kokkos::deep_copy( ExecutionSpace(), state.suspicion, 0 );
         return describe( Machpoint::findFault( state ) );
     }
 
@@ -597,7 +595,7 @@ class Stepper : public Simulation
         const auto x = state.particles.template slice<Position>();
         const auto domain = domainBounds( state.grid );
         state.leavers = state.noted.rows(
-            state.particles.size(), KOKKOS_LAMBDA( const int p ) {
+            state.particles.size(), MACHPOINT_LAMBDA( const int p ) {
                 return domain.excludes( get<Dim>( x, p ) );
             } );
         if ( !_scene.is_open )
@@ -614,7 +612,7 @@ class Stepper : public Simulation
         if ( n > first )
             Kokkos::parallel_for(
                 "Machpoint::noteNew", Range( first, n ),
-                KOKKOS_LAMBDA( const int p ) { noted.note( p ); } );
+                MACHPOINT_LAMBDA( const int p ) { noted.note( p ); } );
     }
 
     //! Cell of every particle, within the rank's box. Public because nvcc wants
@@ -630,7 +628,7 @@ class Stepper : public Simulation
             n );
         forEachPack(
             "Machpoint::cellOfParticle", n,
-            KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+            MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
                 const auto cell = box.flatCell( grid, loadVector<Dim>( x, p ) );
                 for ( int l = 0; l < p.count; ++l )
                     cells( p.first + l ) = lane( cell, l );
@@ -644,7 +642,7 @@ class Stepper : public Simulation
         int most = 0;
         Kokkos::parallel_reduce(
             "Machpoint::mostInCell", Range( 0, bins.numBin() ),
-            KOKKOS_LAMBDA( const int c, int& max ) {
+            MACHPOINT_LAMBDA( const int c, int& max ) {
                 max = Kokkos::max( max, bins.binSize( c ) );
             },
             Kokkos::Max<int>( most ) );

@@ -115,15 +115,22 @@ struct BlockTurns
     }
 };
 
+//! Blocks that a multiprocessor of a GPU is to hold (RangeOf), as measured:
+//! a thread has 128 registers, and in 3D, where it only gathers, 168.
+template <int Dim, class Sums>
+inline constexpr int stencil_blocks =
+    Dim == 3 && std::is_same_v<Sums, NoSums> ? 3 : 4;
+
 template <class Basis, int Dim, class Sums, class Body>
 void forEachStencil( const char* label, const State<Dim>& state,
                      const Sums& sums, const Body& body )
 {
     const auto x = state.particles.template slice<Position>();
     const int n = state.particles.size();
-    forEachShare( label, countPacks( n ),
-                  StencilTurns<Basis, Dim, decltype( x ), Sums, Body>{
-                      x, state.grid, state.layout, n, sums, body } );
+    forEachShare<stencil_blocks<Dim, Sums>>(
+        label, countPacks( n ),
+        StencilTurns<Basis, Dim, decltype( x ), Sums, Body>{
+            x, state.grid, state.layout, n, sums, body } );
 }
 } // namespace Impl
 
@@ -164,7 +171,7 @@ void forEachBlock( const char* label, const State<Dim>& state, const Sums& sums,
 {
     const auto x = state.particles.template slice<Position>();
     const int n = state.particles.size();
-    forEachShare(
+    forEachShare<Impl::stencil_blocks<Dim, Sums>>(
         label, countPacks( n ),
         Impl::BlockTurns<Between, Basis, Dim, decltype( x ), Sums, Gather, Act,
                          Deposit>{ x, state.grid, state.layout, n, sums, gather,
@@ -240,8 +247,8 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
     const auto layout = state.layout;
     forEachDeposit<Basis>(
         "Machpoint::particlesToGrid", state, sums,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                       const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                          const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
             const auto u = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
@@ -260,7 +267,8 @@ template <int Columns>
 void divideByFirst( const char* label, const NodeView& sums )
 {
     Kokkos::parallel_for(
-        label, Range( 0, sums.extent_int( 0 ) ), KOKKOS_LAMBDA( const int i ) {
+        label, Range( 0, sums.extent_int( 0 ) ),
+        MACHPOINT_LAMBDA( const int i ) {
             const Real whole = sums( i, 0 );
             for ( int k = 1; k < Columns; ++k )
                 sums( i, k ) = whole > 0 ? sums( i, k ) / whole : 0.0_rt;
@@ -276,7 +284,7 @@ void gridVelocity( const State<Dim>& state, const NodeRows& rows )
     const auto velocities = state.nodes.velocities;
     rows.forEach(
         "Machpoint::gridVelocity",
-        KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, d ) = m > 0 ? moments( i, 1 + d ) / m : 0.0_rt;
@@ -294,7 +302,7 @@ void advanceGridVelocity( const State<Dim>& state )
     const Real dt = state.dt;
     forEach(
         "Machpoint::advanceGridVelocity", state.layout.total,
-        KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, Dim + d ) =

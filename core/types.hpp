@@ -79,12 +79,23 @@ inline constexpr bool is_zen5 = is_zen;
 inline constexpr bool is_zen5 = false;
 #endif
 
-//! Range of particles or nodes on the build's backend. On CUDA a kernel gets
-//! what it captures as its parameters: Kokkos puts more than 512 bytes of them
-//! into constant memory otherwise, and before that waits for the last kernel
-//! that it did so for to end.
-using Range = Kokkos::RangePolicy<
-    ExecutionSpace, Kokkos::Experimental::WorkItemProperty::HintLightWeight_t>;
+//! Most threads of a block on a GPU.
+inline constexpr int most_threads = 128;
+
+/*!
+  \brief Range of particles or nodes on the build's backend.
+
+  On CUDA a kernel gets what it captures as its parameters: Kokkos puts more
+  than 512 bytes of them into constant memory otherwise, and before that waits
+  for the last kernel that it did so for to end. \tparam Blocks that a
+  multiprocessor of a GPU is to hold at least: a thread then has 65536 / (
+  most_threads Blocks ) registers of 4 bytes, at most 255
+*/
+template <int Blocks>
+using RangeOf = Kokkos::RangePolicy<
+    ExecutionSpace, Kokkos::LaunchBounds<most_threads, Blocks>,
+    Kokkos::Experimental::WorkItemProperty::HintLightWeight_t>;
+using Range = RangeOf<1>;
 
 //! Position, velocity or other vector. Shape [Dim].
 template <int Dim>
@@ -128,6 +139,22 @@ using IndexList = Kokkos::View<int*, MemorySpace>;
 #define MACHPOINT_UNROLL
 #define MACHPOINT_UNROLL_LINES _Pragma( "GCC unroll 4" )
 #define MACHPOINT_KEEP_LOOP
+#endif
+
+/*!
+  \brief Begins a kernel, as KOKKOS_LAMBDA does; on CUDA of the device alone.
+
+  What belongs to the host, too, nvcc gives pointers to functions that are set
+  where the kernel is made, and that each translation unit has for itself. A
+  template's kernel may be made in one unit and launched by the function that
+  the linker has kept of another, where nobody has set them (nvcc 13.0).
+*/
+#if defined( MACHPOINT_BACKEND_CUDA ) ||                                       \
+    ( defined( KOKKOS_ENABLE_CUDA ) && !defined( MACHPOINT_BACKEND_OPENMP ) && \
+      !defined( MACHPOINT_BACKEND_SERIAL ) )
+#define MACHPOINT_LAMBDA [=] __device__
+#else
+#define MACHPOINT_LAMBDA KOKKOS_LAMBDA
 #endif
 
 //! Scalar product. \param a, b [Dim].

@@ -16,6 +16,7 @@
 #include <core/method_conservative.hpp>
 #include <core/method_paper.hpp>
 #include <core/output.hpp>
+#include <core/profile.hpp>
 #include <core/registry.hpp>
 #include <core/revision.hpp>
 #include <core/simulation.hpp>
@@ -338,6 +339,7 @@ int runCommandLine( int argc, char** argv )
         if ( study_command.parsed() )
             return study( ranks, file, study_options );
         // Kokkos' own flags are not ours; its environment variables work.
+        Profile::announce();
         const Kokkos::ScopeGuard guard{
             Kokkos::InitializationSettings().set_disable_warnings( true ) };
         askForLargePages();

@@ -93,7 +93,8 @@ class ArtificialViscosity : public Module<Dim>
         const Real h = state.grid.minSpacing();
         Kokkos::parallel_for(
             "Machpoint::artificialViscosity",
-            Range( 0, state.particles.size() ), KOKKOS_LAMBDA( const int p ) {
+            Range( 0, state.particles.size() ),
+            MACHPOINT_LAMBDA( const int p ) {
                 Real D = 0;
                 for ( int d = 0; d < Dim; ++d )
                     D += L( p, d, d );
@@ -125,7 +126,7 @@ class ArtificialViscosity : public Module<Dim>
         Real fastest = 0;
         Kokkos::parallel_reduce(
             "Machpoint::limitViscosity", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p, Real& max ) {
+            MACHPOINT_LAMBDA( const int p, Real& max ) {
                 Real D = 0;
                 for ( int d = 0; d < Dim; ++d )
                     D += L( p, d, d );

@@ -41,7 +41,7 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
     GasSurvey survey;
     Kokkos::parallel_reduce(
         "Machpoint::evaluateGas", Range( 0, ( count + block - 1 ) / block ),
-        KOKKOS_LAMBDA( const int b, GasSurvey& sum ) {
+        MACHPOINT_LAMBDA( const int b, GasSurvey& sum ) {
             LaneSurvey seen;
             const int end = Kokkos::min( ( b + 1 ) * block, count );
             for ( int k = b * block; k < end; ++k )

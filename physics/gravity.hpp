@@ -104,7 +104,7 @@ class Gravity : public Module<Dim>
         const auto g = _g;
         Kokkos::parallel_for(
             "Machpoint::gravity", Range( 0, state.layout.total ),
-            KOKKOS_LAMBDA( const int i ) {
+            MACHPOINT_LAMBDA( const int i ) {
                 for ( int d = 0; d < Dim; ++d )
                 {
                     force( i, d ) *= g[d]; // until here the mass
@@ -123,7 +123,7 @@ class Gravity : public Module<Dim>
         ReproducibleSum work;
         Kokkos::parallel_reduce(
             "Machpoint::gravityWork", Range( 0, layout.total ),
-            KOKKOS_LAMBDA( const int row, ReproducibleSum& sum ) {
+            MACHPOINT_LAMBDA( const int row, ReproducibleSum& sum ) {
                 const Real share = weights( layout.indices( row ) );
                 if ( share == 0 )
                     return;

@@ -170,7 +170,7 @@ Kokkos::Array<Real, 3> extremes()
                 max, largest( choose( inside, load( y, p ), Lanes( -1e9 ) ) ) );
             min = Kokkos::min(
                 min, smallest( choose( inside, load( y, p ), Lanes( 1e9 ) ) ) );
-            sum += any( inside ) ? p.count : 0;
+            sum += Machpoint::any( inside ) ? p.count : 0;
         },
         Kokkos::Max<Real>( most ), Kokkos::Min<Real>( least ),
         Kokkos::Sum<Real>( count ) );
@@ -338,10 +338,12 @@ Kokkos::View<int*, Kokkos::HostSpace> wrongColumns( const int first )
 {
     AoSoA numbers = makeNumbers();
     const auto y = Cabana::slice<1>( numbers );
-    const NodeView field( "field", n, first + K + 1 );
+    // An even number, as single lanes read two at once.
+    const std::size_t columns = ( first + K ) / 2 * 2 + 2;
+    const NodeView field( "field", n, columns );
     Kokkos::parallel_for(
         "nodes", Range( 0, n ), KOKKOS_LAMBDA( const int i ) {
-            for ( std::size_t c = 0; c <= first + K; ++c )
+            for ( std::size_t c = 0; c < columns; ++c )
                 field( i, c ) = 100 * i + static_cast<Real>( c );
         } );
     const IndexList wrong( "wrong", n );
@@ -370,6 +372,8 @@ void checkRows()
 {
     for ( const int first : { 0, 4, 7 } )
     {
+        if ( lane_count == 1 && K % 2 == 0 && first % 2 == 1 )
+            continue; // two at once begin with an even one
         const auto wrong = wrongColumns<K>( first );
         for ( int p = 0; p < n; ++p )
             EXPECT_EQ( wrong( p ), 0 )

@@ -242,6 +242,76 @@ TEST( NodeSum, hasTheSameBitsInAnyOrder )
     EXPECT_GT( plain_differs, 0 );
 }
 
+//! A field that particles add to: particle p its number to column 0 of a node,
+//! in a line 1 to column 1 of the node behind it, too. A node below 0: the
+//! particle adds nothing. \param first node of each [n]
+NodeView addNumbers( const IndexList& first, const int nodes,
+                     const bool in_lines )
+{
+    const NodeView field( "field", nodes, 2 );
+    const NodeScatter scatter( field );
+    scatter.clear();
+    Kokkos::parallel_for(
+        "add", Range( 0, first.extent_int( 0 ) ), KOKKOS_LAMBDA( const int p ) {
+            const int base = first( p );
+            if ( base < 0 )
+                return;
+            const auto access =
+                scatter.thread().access( p, base, StencilRows<1>{ 2, { 1 } } );
+            const Real own = static_cast<Real>( p );
+            const Real line[2][2] = { { own, 0 }, { 0, 1 } };
+            if ( in_lines )
+                addLine( access, p, base, 0, 0, line );
+            else
+                addColumns( access, p, base, 0, line[0] );
+        } );
+    scatter.contribute();
+    return field;
+}
+
+// On a GPU the neighbours in a warp that have the same nodes are summed first,
+// however many there are, and whoever between them adds nothing.
+TEST( NodeSum, neighboursWithTheSameNodesAddAllThatIsTheirs )
+{
+    constexpr int n = 1003; // the last warp is not full
+    constexpr int nodes = 40;
+    std::mt19937 random( 5 );
+    for ( const int longest : { 1, 4, 9, 70 } )
+        for ( const int idle : { 0, 5 } ) // of 10
+        {
+            const IndexList first( "first", n );
+            const auto host = Kokkos::create_mirror_view( first );
+            std::vector<double> numbers( nodes ), counts( nodes );
+            for ( int p = 0, left = 0, node = 0; p < n; ++p, --left )
+            {
+                if ( left == 0 )
+                {
+                    left = 1 + static_cast<int>( random() % longest );
+                    node = static_cast<int>( random() % ( nodes - 1 ) );
+                }
+                host( p ) =
+                    static_cast<int>( random() % 10 ) < idle ? -1 : node;
+                if ( host( p ) < 0 )
+                    continue;
+                numbers[node] += p;
+                counts[node + 1] += 1;
+            }
+            Kokkos::deep_copy( first, host );
+            for ( const bool in_lines : { false, true } )
+            {
+                const auto sums = Kokkos::create_mirror_view_and_copy(
+                    Kokkos::HostSpace(), addNumbers( first, nodes, in_lines ) );
+                for ( int i = 0; i < nodes; ++i )
+                {
+                    EXPECT_EQ( sums( i, 0 ), numbers[i] )
+                        << "runs of up to " << longest << ", node " << i;
+                    EXPECT_EQ( sums( i, 1 ), in_lines ? counts[i] : 0 )
+                        << "runs of up to " << longest << ", node " << i;
+                }
+            }
+        }
+}
+
 // 2^-74 of the largest term is lost of each, so gas 1e-6 as dense still has
 // every digit, and gas 1e-12 as dense ten.
 TEST( NodeSum, losesNoDigitOfThinGas )

@@ -18,6 +18,7 @@
 
 #include <core/communicator.hpp>
 #include <core/large_pages.hpp>
+#include <core/profile.hpp>
 #include <core/revision.hpp>
 #include <core/stepper_list.hpp>
 
@@ -202,6 +203,7 @@ int main( int argc, char** argv )
     app.add_flag( "--small", small, "limits in milliseconds: does it work?" );
     CLI11_PARSE( app, argc, argv );
 
+    Profile::announce();
     const Kokkos::ScopeGuard kokkos{
         Kokkos::InitializationSettings().set_disable_warnings( true ) };
     askForLargePages();

@@ -55,7 +55,8 @@ auto bytesOf( const AoSoA_t& aosoa )
 
 //! Copy particle by particle where both memories are accessible.
 template <class Destination, class Source>
-void copyTuples( const Destination& destination, const Source& source )
+CABANA_LAUNCHES void copyTuples( const Destination& destination,
+                                 const Source& source )
 {
     Kokkos::parallel_for(
         "Cabana::deep_copy",
@@ -97,7 +98,8 @@ constexpr std::size_t
 
 //! Copy value by value where both memories are accessible.
 template <class ExecutionSpace, class Destination, class Source>
-void copyValues( const Destination& destination, const Source& source )
+CABANA_LAUNCHES void copyValues( const Destination& destination,
+                                 const Source& source )
 {
     constexpr std::size_t components = num_components<Source>;
     Kokkos::parallel_for(
@@ -115,8 +117,8 @@ void copyValues( const Destination& destination, const Source& source )
 
 //! Set all values.
 template <class Slice_t>
-void fillValues( const Slice_t& slice,
-                 const typename Slice_t::value_type scalar )
+CABANA_LAUNCHES void fillValues( const Slice_t& slice,
+                                 const typename Slice_t::value_type scalar )
 {
     constexpr std::size_t components = num_components<Slice_t>;
     Kokkos::parallel_for(
@@ -190,7 +192,8 @@ void deep_copy( DstAoSoA& dst, const SrcAoSoA& src )
 
 //! Set every particle to a tuple.
 template <Impl::AnyAoSoA AoSoA_t>
-void deep_copy( AoSoA_t& aosoa, const typename AoSoA_t::tuple_type& tuple )
+CABANA_LAUNCHES void deep_copy( AoSoA_t& aosoa,
+                                const typename AoSoA_t::tuple_type& tuple )
 {
     Kokkos::parallel_for(
         "Cabana::deep_copy",

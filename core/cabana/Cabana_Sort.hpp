@@ -221,8 +221,8 @@ struct KeyToImage
 
 //! Smallest and largest key of [begin, end).
 template <class ExecutionSpace, class KeyView>
-auto keyMinMax( const KeyView& keys, const std::size_t begin,
-                const std::size_t end )
+CABANA_LAUNCHES auto keyMinMax( const KeyView& keys, const std::size_t begin,
+                                const std::size_t end )
     -> Kokkos::MinMaxScalar<typename KeyView::non_const_value_type>
 {
     using Key = typename KeyView::non_const_value_type;
@@ -259,7 +259,7 @@ auto sortByBin( const KeyView& keys, const int nbin, const std::size_t begin,
   \param bins Number of bins. \param bin_of Bin of an entry.
 */
 template <class ExecutionSpace, class Entries, class BinOf>
-BinningData<typename Entries::memory_space>
+CABANA_LAUNCHES BinningData<typename Entries::memory_space>
 makeBinningData( const Entries& entries, const std::size_t begin,
                  const int bins, const BinOf& bin_of )
 {
@@ -323,7 +323,7 @@ struct BinOfIndex
 
 //! A slice of keys as a contiguous view.
 template <class ExecutionSpace, class Slice_t>
-auto copyOfKeys( const Slice_t& slice )
+CABANA_LAUNCHES auto copyOfKeys( const Slice_t& slice )
     -> Kokkos::View<typename Slice_t::value_type*,
                     typename Slice_t::memory_space>
 {
@@ -343,7 +343,8 @@ auto copyOfKeys( const Slice_t& slice )
   struct, which took twice as long on a host.
 */
 template <class ExecutionSpace, class Binning, class AoSoA_t>
-void permuteTuples( const Binning& binning, const AoSoA_t& aosoa )
+CABANA_LAUNCHES void permuteTuples( const Binning& binning,
+                                    const AoSoA_t& aosoa )
 {
     using index = typename AoSoA_t::index_type;
     using Structs = Kokkos::View<typename AoSoA_t::soa_type*,
@@ -375,7 +376,8 @@ void permuteTuples( const Binning& binning, const AoSoA_t& aosoa )
 
 //! Permute one member into a scratch array, then copy it back.
 template <class ExecutionSpace, class Binning, class Slice_t>
-void permuteMember( const Binning& binning, const Slice_t& slice )
+CABANA_LAUNCHES void permuteMember( const Binning& binning,
+                                    const Slice_t& slice )
 {
     using Range = Kokkos::RangePolicy<ExecutionSpace>;
     constexpr std::size_t components = num_components<Slice_t>;

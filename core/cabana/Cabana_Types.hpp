@@ -9,6 +9,18 @@
 
 #include <type_traits>
 
+// Ahead of functions with kernels that are of the host, too. nvcc gives such a
+// kernel pointers to functions, which are set where it is made, and each
+// translation unit has its own; so what makes it must be the one function that
+// the linker keeps of all units, and no copy that the compiler has made of it
+// elsewhere (nvcc 13.0).
+#if defined( KOKKOS_ENABLE_CUDA ) && defined( __GNUC__ ) &&                    \
+    !defined( __clang__ )
+#define CABANA_LAUNCHES __attribute__( ( noinline, noclone ) )
+#else
+#define CABANA_LAUNCHES
+#endif
+
 namespace Cabana
 {
 

@@ -24,8 +24,8 @@ void depositConduction( const State<Dim>& state, const Sums& sums )
     const auto layout = state.layout;
     forEachDeposit<Basis>(
         "Machpoint::conductedHeat", state, sums,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                       const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                          const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
             const Lanes mass = load( m, p );
             const Lanes heat = mass * load( e, p );
             const Lanes part = load( share, p );
@@ -51,7 +51,7 @@ bool findFriction( State<Dim>& state )
     found.clear( n );
     forEachPack(
         "Machpoint::findFriction", n,
-        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             if ( any( active( p ) && Lanes( 0.0 ) < load( share, p ) ) )
                 found.note( p.first );
         } );
@@ -83,7 +83,7 @@ void conductHeat( State<Dim>& state, NodeSum& heat )
     divideByFirst<4>( "Machpoint::meanHeat", means );
     forEachStencil<Basis>(
         "Machpoint::conductHeat", state,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
             MACHPOINT_INLINE {
                 const Lanes own = load( e, p );
                 const Lanes part = load( share, p );

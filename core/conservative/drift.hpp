@@ -65,7 +65,7 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
     const int n = state.particles.size();
     forEachPack(
         "Machpoint::driftParticles", n,
-        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             Lanes heat( 0.0 );
             VectorOf<Dim, Lanes> way{};
             store( next_V,

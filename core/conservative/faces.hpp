@@ -131,8 +131,8 @@ KOKKOS_FORCEINLINE_FUNCTION void depositMoments(
     const Particle p, const Number& mass, const Number& volume,
     const VectorOf<Dim, Number>& v, const VectorOf<Dim, Number> ( &C )[Dim] )
 {
-    // All at once where a register holds them.
-    constexpr bool together = 1 + 2 * Dim <= lane_count;
+    // All at once where a register holds them, or on a GPU.
+    constexpr bool together = lane_count == 1 || 1 + 2 * Dim <= lane_count;
     const FaceWeights<Basis, Dim, Number> faces( grid, s );
     const Number filling = volume * ( 1 / grid.cellVolume() );
     Products<ConservativeTerms<Dim, together>, Dim, Number> terms;
@@ -184,8 +184,8 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
     const auto images = state.images;
     forEachDeposit<Basis>(
         "Machpoint::depositParticles", state, sums,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                       const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                          const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
             depositMoments<Basis, Dim>( nodes, grid, layout, s, p, load( m, p ),
@@ -195,7 +195,7 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
     if ( images.count > 0 )
         Kokkos::parallel_for(
             "Machpoint::depositImages", Range( 0, images.count ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 const int p = images.particle( k );
                 const auto mirror = images.mirror( k );
                 const Stencil<Basis, Dim> s( grid, layout,
@@ -230,7 +230,7 @@ void measureFaces( const State<Dim>& state, const NodeView& faces,
     const auto inverse = state.grid.inverse;
     forEach(
         Limited ? "Machpoint::limitFaces" : "Machpoint::measureFaces",
-        layout.total, KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
+        layout.total, MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
             for ( int a = 0; a < Dim; ++a )
             {
                 const int stride = layout.stride[a];
@@ -284,7 +284,7 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
     const auto inverse = state.grid.inverse;
     forEach(
         "Machpoint::measureMotion", layout.total,
-        KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
             auto mean = [&]( const int row, const int a ) {
                 return 0.5_rt *
                        ( velocities( row, a ) + velocities( row, Dim + a ) );

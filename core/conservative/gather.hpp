@@ -264,8 +264,9 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
         C, divergence, sliceOfRates<MixedHeat>( state ) };
     forEachStencil<Basis>(
         "Machpoint::gatherParticles", state,
-        KOKKOS_LAMBDA( const Pack p,
-                       const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA(
+            const Pack p,
+            const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
             const auto old_x = loadVector<Dim>( x, p );
             const auto old_v = loadVector<Dim>( v, p );
             VectorOf<Dim, Lanes> affine[Dim];
@@ -374,7 +375,7 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
     ReproducibleSum given;
     Kokkos::parallel_reduce(
         "Machpoint::workOfImages", Range( 0, images.count ),
-        KOKKOS_LAMBDA( const int k, ReproducibleSum& sum ) {
+        MACHPOINT_LAMBDA( const int k, ReproducibleSum& sum ) {
             const int p = images.particle( k );
             const auto mirror = images.mirror( k );
             const Stencil<Basis, Dim> s( grid, layout,

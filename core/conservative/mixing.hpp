@@ -144,8 +144,8 @@ void depositCellPressure( const State<Dim>& state, const Sums& sums )
     const auto layout = state.layout;
     forEachDeposit<Basis>(
         "Machpoint::cellPressure", state, sums,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                       const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                          const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
             const HalfwayWeights<Basis, Dim, Lanes> halfway( grid, s );
             const Lanes V = load( of.V, p );
             const Lanes Vp = V * load( of.pressure, p );
@@ -173,8 +173,8 @@ void depositTargetPressure( const State<Dim>& state, const NodeView& means,
     const auto layout = state.layout;
     forEachDeposit<Basis>(
         "Machpoint::targetPressure", state, sums,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                       const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                          const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
             const VolumeExchange<Basis, Dim> own( of, grid, layout, s, means,
                                                   eta, p );
             forEachCell(
@@ -225,28 +225,29 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
 
     forEachStencil<Basis>(
         "Machpoint::exchangeVolume", state,
-        KOKKOS_LAMBDA( const Pack p,
-                       const Stencil<Basis, Dim, Lanes>& s ) MACHPOINT_INLINE {
-            const VolumeExchange<Basis, Dim> own( of, grid, layout, s, means,
-                                                  eta, p );
-            const Lanes zero( 0.0 );
-            Lanes volume = zero;
-            Lanes work = zero;
-            forEachCell( grid, s, own.halfway, layout,
-                         [&]( const auto& cell ) MACHPOINT_INLINE
-                         {
-                             const Lanes target = at( sums, cell.row, 1 );
-                             const Lanes given =
-                                 own.K * cell.weight *
-                                 ( own.pressure +
-                                   dot<Dim>( own.around.gradient, cell.dx ) -
-                                   target );
-                             volume += given;
-                             work += target * given;
-                         } );
-            store( of.V, load( of.V, p ) + volume, p );
-            store( e, load( e, p ) - work / load( of.m, p ), p );
-        } );
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
+            MACHPOINT_INLINE {
+                const VolumeExchange<Basis, Dim> own( of, grid, layout, s,
+                                                      means, eta, p );
+                const Lanes zero( 0.0 );
+                Lanes volume = zero;
+                Lanes work = zero;
+                forEachCell(
+                    grid, s, own.halfway, layout,
+                    [&]( const auto& cell ) MACHPOINT_INLINE
+                    {
+                        const Lanes target = at( sums, cell.row, 1 );
+                        const Lanes given =
+                            own.K * cell.weight *
+                            ( own.pressure +
+                              dot<Dim>( own.around.gradient, cell.dx ) -
+                              target );
+                        volume += given;
+                        work += target * given;
+                    } );
+                store( of.V, load( of.V, p ) + volume, p );
+                store( e, load( e, p ) - work / load( of.m, p ), p );
+            } );
 }
 
 //! Adds m eta and m eta e of the particles.
@@ -263,7 +264,7 @@ void depositHeat( const State<Dim>& state, const Sums& sums )
     const int n = state.particles.size();
     forEachPack(
         "Machpoint::sharedHeat", n,
-        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const Lanes zero( 0.0 );
             const Lanes part = choose( active( p ), load( share, p ), zero );
             if ( !any( zero < part ) )
@@ -306,7 +307,7 @@ void mixHeat( const State<Dim>& state, NodeSum& heat )
     const int n = state.particles.size();
     forEachPack(
         "Machpoint::mixHeat", n,
-        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const Lanes zero( 0.0 );
             const Lanes part = choose( active( p ), load( share, p ), zero );
             if ( !any( zero < part ) )

@@ -47,7 +47,7 @@ numberByParent( State<Dim>& state, const IndexList& parents )
     const auto id = state.particles.template slice<Id>();
     Kokkos::parallel_for(
         "Machpoint::parentIds", Range( 0, n ),
-        KOKKOS_LAMBDA( const int k ) { ids( k ) = id( parents( k ) ); } );
+        MACHPOINT_LAMBDA( const int k ) { ids( k ) = id( parents( k ) ); } );
     const auto host =
         Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), ids );
     auto all = state.decomposition.comm().gatherAll(
@@ -105,7 +105,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     state.noted.clear( n );
     forEachPack(
         "Machpoint::trackStretch", n,
-        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             if ( tracks )
             {
                 Lanes mean( 0.0 );
@@ -134,7 +134,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
         return;
 
     const auto large = found.rows(
-        n, KOKKOS_LAMBDA( const int p ) {
+        n, MACHPOINT_LAMBDA( const int p ) {
             return is_large( V( p ), m( p ), original( p ) );
         } );
     const int count = large.extent_int( 0 );
@@ -151,7 +151,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto grid = state.grid;
     Kokkos::parallel_for(
         "Machpoint::splitParticles", Range( 0, count ),
-        KOKKOS_LAMBDA( const int k ) {
+        MACHPOINT_LAMBDA( const int k ) {
             const int p = large( k );
             const int q = n + k;
             Real longest = lengths( p, 0 );
@@ -275,20 +275,21 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     noted.clear( n );
     forEachPack(
         "Machpoint::noteTiny", n,
-        KOKKOS_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             noted.note( p, active( p ) &&
                                load( V, p ) < Lanes( 0.5_rt * largest ) );
         } );
     if ( noted.count() == 0 )
         return;
     const auto tiny = noted.rows(
-        n, KOKKOS_LAMBDA( const int p ) { return V( p ) < 0.5_rt * largest; } );
+        n,
+        MACHPOINT_LAMBDA( const int p ) { return V( p ) < 0.5_rt * largest; } );
     Kokkos::parallel_for(
         "Machpoint::markHalfCells", Range( 0, tiny.extent_int( 0 ) ),
-        KOKKOS_LAMBDA( const int k ) {
+        MACHPOINT_LAMBDA( const int k ) {
             marks( halfCell<Dim>( grid, box, get<Dim>( x, tiny( k ) ) ) ) = 1;
         } );
-    auto isCandidate = KOKKOS_LAMBDA( const int p )
+    auto isCandidate = MACHPOINT_LAMBDA( const int p )
     {
         return V( p ) < largest &&
                marks( halfCell<Dim>( grid, box, get<Dim>( x, p ) ) ) != 0;
@@ -296,7 +297,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     noted.clear( n );
     forEachPack(
         "Machpoint::noteSmall", n,
-        KOKKOS_LAMBDA( const Pack pack ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack pack ) MACHPOINT_INLINE {
             if ( any( load( V, pack ) < Lanes( largest ) ) )
                 forEachOf( pack,
                            [&]( const int p )
@@ -310,7 +311,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     IndexList keys( "Machpoint::halfCells", small );
     Kokkos::parallel_for(
         "Machpoint::halfCellOfParticle", Range( 0, small ),
-        KOKKOS_LAMBDA( const int k ) {
+        MACHPOINT_LAMBDA( const int k ) {
             const int p = rows( k );
             keys( k ) = halfCell<Dim>( grid, box, get<Dim>( x, p ) );
             marks( keys( k ) ) = 0;
@@ -324,7 +325,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     merged.clear( n );
     Kokkos::parallel_for(
         "Machpoint::mergeParticles", Range( 0, small ),
-        KOKKOS_LAMBDA( const int begin ) {
+        MACHPOINT_LAMBDA( const int begin ) {
             auto keyOf = [&]( const int i )
             { return keys( static_cast<int>( order.permutation( i ) ) ); };
             const int key = keyOf( begin );
@@ -444,7 +445,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             }
         } );
     state.particles.remove( merged.rows(
-        n, KOKKOS_LAMBDA( const int p ) { return id( p ) < 0; } ) );
+        n, MACHPOINT_LAMBDA( const int p ) { return id( p ) < 0; } ) );
 }
 
 } // namespace Impl

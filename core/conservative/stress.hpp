@@ -171,8 +171,8 @@ void depositStress( const State<Dim>& state, const NodeView& faces,
     const Real h = grid.minSpacing();
     forEachBlock<Rates, Basis>(
         "Machpoint::depositStress", state, sums,
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                       Rates& seen ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                          Rates& seen ) MACHPOINT_INLINE {
             Lanes squares( 0.0 ); // |curl C|^2
             if ( Limited )
                 for ( int a = 0; a < Dim; ++a )
@@ -185,7 +185,7 @@ void depositStress( const State<Dim>& state, const NodeView& faces,
             seen = gatherRates<Limited>(
                 grid, layout, s, faces, Kokkos::sqrt( squares ), load( c, p ) );
         },
-        KOKKOS_LAMBDA( const Pack p, const Rates& seen ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p, const Rates& seen ) MACHPOINT_INLINE {
             const Lanes sound = load( c, p );
             const Lanes density = load( m, p ) / load( V, p );
             Lanes q( 0.0 );
@@ -205,9 +205,9 @@ void depositStress( const State<Dim>& state, const NodeView& faces,
                 store( limiter, seen.limiter, p );
             }
         },
-        KOKKOS_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                       const NodesOf<Sums>& nodes,
-                       const Rates& seen ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                          const NodesOf<Sums>& nodes,
+                          const Rates& seen ) MACHPOINT_INLINE {
             depositStress( nodes, grid, layout, s, p,
                            Lanes( load( V, p ) * load( acting, p ) ),
                            Lanes( load( m, p ) *
@@ -217,7 +217,7 @@ void depositStress( const State<Dim>& state, const NodeView& faces,
     if ( images.count > 0 )
         Kokkos::parallel_for(
             "Machpoint::depositImageStress", Range( 0, images.count ),
-            KOKKOS_LAMBDA( const int k ) {
+            MACHPOINT_LAMBDA( const int k ) {
                 const int p = images.particle( k );
                 const Stencil<Basis, Dim> s(
                     grid, layout,
@@ -251,7 +251,7 @@ void applyPressure( const State<Dim>& state, const NodeRows& rows,
     const Real own = 1 - blend;
     rows.forEach(
         "Machpoint::applyPressure",
-        KOKKOS_LAMBDA( const int i ) MACHPOINT_INLINE {
+        MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
             auto pressure = [&]( const int row, const int a ) {
                 return row < 0 ? 0.0_rt
                                : stress( row, a ) * inverse_filling( row, a );

@@ -88,7 +88,7 @@ class Piston : public Machpoint::Module<Dim>
         double impulse = 0;
         Kokkos::parallel_reduce(
             "Piston::applyToGrid", Range( 0, layout.total ),
-            KOKKOS_LAMBDA( const int row, double& sum ) {
+            MACHPOINT_LAMBDA( const int row, double& sum ) {
                 const auto i = layout.indices( row );
                 if ( layout.position( layout.home( i ) )[axis] >= held )
                     return;
@@ -123,7 +123,7 @@ class Piston : public Machpoint::Module<Dim>
         const auto noted = state.noted;
         Kokkos::parallel_for(
             "Piston::applyToParticles", Range( 0, state.particles.size() ),
-            KOKKOS_LAMBDA( const int p ) {
+            MACHPOINT_LAMBDA( const int p ) {
                 if ( x( p, axis ) < face )
                 {
                     x( p, axis ) = front;

@@ -1,6 +1,7 @@
 /*!
   \file Cabana_StableSort.hpp
-  \brief Stable parallel radix sort of particle numbers by unsigned integers.
+  \brief Stable parallel radix sort of particle numbers by unsigned integers; on
+  CUDA the toolkit's own (CUB).
 */
 #ifndef CABANA_STABLESORT_HPP
 #define CABANA_STABLESORT_HPP
@@ -8,6 +9,9 @@
 #include <Cabana_Types.hpp>
 
 #include <Kokkos_Core.hpp>
+#ifdef KOKKOS_ENABLE_CUDA
+#include <cub/device/device_radix_sort.cuh>
+#endif
 
 #include <algorithm>
 #include <bit>
@@ -92,8 +96,8 @@ RadixPlan planRadixSort( const std::size_t n, const int bits )
   \brief One pass: entries of `from` to `to`, ordered by the digit at `shift`.
 */
 template <class ExecutionSpace, class From, class Entries>
-void radixPass( const From& from, const Entries& to, const RadixPlan& plan,
-                const int shift )
+CABANA_LAUNCHES void radixPass( const From& from, const Entries& to,
+                                const RadixPlan& plan, const int shift )
 {
     using Range = Kokkos::RangePolicy<ExecutionSpace>;
     const std::size_t n = to.extent( 0 );
@@ -140,22 +144,11 @@ void radixPass( const From& from, const Entries& to, const RadixPlan& plan,
         } );
 }
 
-/*!
-  \brief Sort the numbers 0..n-1 by image_of(i), smaller numbers first among
-  equals. The result depends on nothing but the images.
-  \param image_of Returns an unsigned integer; callable on the device.
-  \param n How many. \param bits Bits of the largest image.
-  \return The sorted entries. Shape [n].
-  \throws std::length_error if n does not fit 32 bits.
-*/
-template <class ExecutionSpace, class MemorySpace, class ImageOf>
-auto stableSort( const ImageOf& image_of, const std::size_t n, const int bits )
+//! The sorted entries of stableSort, pass by pass.
+template <class ExecutionSpace, class Entries, class ImageOf>
+Entries sortByDigits( const ImageOf& image_of, const std::size_t n,
+                      const int bits )
 {
-    using Image = decltype( image_of( 0 ) );
-    using Entries = Kokkos::View<SortEntry<Image>*, MemorySpace>;
-    if ( n > std::numeric_limits<std::uint32_t>::max() )
-        throw std::length_error( "Cabana: too many particles to sort" );
-
     const auto allocate = [n]( const std::string& label )
     {
         return Entries(
@@ -173,6 +166,88 @@ auto stableSort( const ImageOf& image_of, const std::size_t n, const int bits )
         radixPass<ExecutionSpace>( spare, sorted, plan, pass * plan.width );
     }
     return sorted;
+}
+
+#ifdef KOKKOS_ENABLE_CUDA
+//! The same by CUB. \throws std::runtime_error if CUDA
+//! fails
+template <class Entries, class ImageOf>
+CABANA_LAUNCHES Entries sortOnCuda( const ImageOf& image_of,
+                                    const std::size_t n, const int bits )
+{
+    using Image = decltype( image_of( 0 ) );
+    using Memory = typename Entries::memory_space;
+    using Range = Kokkos::RangePolicy<Kokkos::Cuda>;
+    // Unsorted in row 0, sorted in row 1.
+    const Kokkos::View<Image**, Kokkos::LayoutRight, Memory> images(
+        Kokkos::view_alloc( "Cabana::radixSort::images",
+                            Kokkos::WithoutInitializing ),
+        2, n );
+    const Kokkos::View<std::uint32_t**, Kokkos::LayoutRight, Memory> indices(
+        Kokkos::view_alloc( "Cabana::radixSort::indices",
+                            Kokkos::WithoutInitializing ),
+        2, n );
+    Kokkos::parallel_for(
+        "Cabana::radixSort::unsorted", Range( 0, n ),
+        KOKKOS_LAMBDA( const std::size_t i ) {
+            images( 0, i ) = image_of( i );
+            indices( 0, i ) = static_cast<std::uint32_t>( i );
+        } );
+    const auto check = []( const cudaError_t error )
+    {
+        if ( error != cudaSuccess )
+            throw std::runtime_error( std::string( "Cabana: sort: " ) +
+                                      cudaGetErrorString( error ) );
+    };
+    const auto sort = [&]( void* const scratch, std::size_t& bytes )
+    {
+        check( cub::DeviceRadixSort::SortPairs(
+            scratch, bytes, images.data(), images.data() + n, indices.data(),
+            indices.data() + n, n, 0, bits, Kokkos::Cuda().cuda_stream() ) );
+    };
+    std::size_t bytes = 0;
+    sort( nullptr, bytes ); // asks how many
+    const Kokkos::View<char*, Memory> scratch(
+        Kokkos::view_alloc( "Cabana::radixSort::scratch",
+                            Kokkos::WithoutInitializing ),
+        std::max<std::size_t>( bytes, 1 ) );
+    sort( scratch.data(), bytes );
+    const Entries sorted( Kokkos::view_alloc( "Cabana::radixSort::entries",
+                                              Kokkos::WithoutInitializing ),
+                          n );
+    Kokkos::parallel_for(
+        "Cabana::radixSort::sorted", Range( 0, n ),
+        KOKKOS_LAMBDA( const std::size_t i ) {
+            sorted( i ) = { images( 1, i ), indices( 1, i ) };
+        } );
+    // Before others take the memory.
+    Kokkos::Cuda().fence( "Cabana::radixSort" );
+    return sorted;
+}
+#endif
+
+/*!
+  \brief Sort the numbers 0..n-1 by image_of(i), smaller numbers first among
+  equals. The result depends on nothing but the images.
+  \param image_of Returns an unsigned integer; callable on the device.
+  \param n How many. \param bits Bits of the largest image.
+  \return The sorted entries. Shape [n].
+  \throws std::length_error if n does not fit 32 bits.
+*/
+template <class ExecutionSpace, class MemorySpace, class ImageOf>
+auto stableSort( const ImageOf& image_of, const std::size_t n, const int bits )
+{
+    using Image = decltype( image_of( 0 ) );
+    using Entries = Kokkos::View<SortEntry<Image>*, MemorySpace>;
+    if ( n > std::numeric_limits<std::uint32_t>::max() )
+        throw std::length_error( "Cabana: too many particles to sort" );
+
+#ifdef KOKKOS_ENABLE_CUDA
+    if constexpr ( std::is_same_v<ExecutionSpace, Kokkos::Cuda> )
+        return sortOnCuda<Entries>( image_of, n, bits );
+    else
+#endif
+        return sortByDigits<ExecutionSpace, Entries>( image_of, n, bits );
 }
 
 } // namespace Impl
