@@ -215,10 +215,10 @@ struct Conservative : MethodDefaults
             {
                 if ( parts.viscosity_limiter )
                     Impl::depositStress<true, Basis>( state, faces, working,
-                                                      sums );
+                                                      storage.drift, sums );
                 else
                     Impl::depositStress<false, Basis>( state, faces, working,
-                                                       sums );
+                                                       storage.drift, sums );
             } );
     }
 

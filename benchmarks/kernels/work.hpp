@@ -86,15 +86,18 @@ class WorkOfStep
                      stencil() + N * ( 3 + 5 * D + 2 * affine ) );
     }
 
-    //! `conservative`: x, C off its diagonal, m, V, p, c read, the working
-    //! pressure written, and where heat mixes, in 1D, two rates; on nodes
-    //! theta, v, 1/den, four fields on faces, their pressure and the blend.
+    //! `conservative`: x, C off its diagonal, m, V, p, c read, with `midpoint`
+    //! the last expansion, too, the working pressure written, and where heat
+    //! mixes, in 1D, two rates; on nodes theta, v, 1/den, four fields on faces,
+    //! their pressure and the blend.
     Work stress() const
     {
         if ( !is_conservative )
             return {};
-        const Real power = s.midpoint ? 60 : 0;
-        return work( D * D + 4 + 1 + ( s.dim == 1 ? 2 : 0 ), 8 * D + 1,
+        const Real power = s.midpoint ? 64 : 0;
+        return work( D * D + 4 + 1 + ( s.midpoint ? 1 : 0 ) +
+                         ( s.dim == 1 ? 2 : 0 ),
+                     8 * D + 1,
                      2 * stencil() + 13 * faces + 3 * stencil_nodes + 5 +
                          1.5 * D * ( D - 1 ) + 10 + power,
                      D * ( 2 + 3 + 9 ) );

@@ -7,6 +7,7 @@
 #ifndef MACHPOINT_CONSERVATIVE_STRESS_HPP
 #define MACHPOINT_CONSERVATIVE_STRESS_HPP
 
+#include <core/conservative/drift.hpp>
 #include <core/conservative/faces.hpp>
 #include <core/power.hpp>
 
@@ -93,7 +94,8 @@ struct WorkingGas
       \brief p + q after `ahead` of isentropic change, and q's heat:
       p + K (J^-g - 1) - gruneisen ahead q D / J + q with K = rho c^2 / g and
       J = max(.2, 1 + ahead D) of normalised volume. A pressure below vacuum is
-      vacuum's, p - K.
+      vacuum's, p - K. \param p, density, sound the particle's at the step's
+      start
     */
     KOKKOS_FORCEINLINE_FUNCTION Lanes pressure( const Rates& rates,
                                                 const Lanes& p, const Lanes& q,
@@ -149,12 +151,20 @@ depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
   c on nodes, over particles and images: what particles see of the grid
   velocity, the viscosity that follows from it, the pressure and its sum in one
   pass. \tparam Limited has the viscosity a limiter? \param faces FaceRate
+  \param drift of the integrator midpoint, else null
   \param sums the scatter of the stress \param[out] state.rates
 */
 template <bool Limited, class Basis, int Dim, class Sums>
 void depositStress( const State<Dim>& state, const NodeView& faces,
-                    const WorkingGas& working, const Sums& sums )
+                    const WorkingGas& working,
+                    Sidecar<DriftMembers<Dim>>* drift, const Sums& sums )
 {
+    using drift_type = typename Sidecar<DriftMembers<Dim>>::aosoa_type;
+    const bool midpoint = drift != nullptr;
+    typename drift_type::template member_slice_type<LastExpansion>
+        last_expansion;
+    if ( midpoint )
+        last_expansion = Cabana::slice<LastExpansion>( drift->data() );
     const auto x = state.particles.template slice<Position>();
     const auto C = state.particles.template slice<VelocityGradient>();
     const auto m = state.particles.template slice<Mass>();
@@ -195,8 +205,12 @@ void depositStress( const State<Dim>& state, const NodeView& faces,
                 q = -h * density * seen.divergence * speed;
                 store( viscous_speed, speed, p );
             }
+            Lanes at_start = density;
+            if ( midpoint )
+                at_start *=
+                    driftFactor( working.ahead, load( last_expansion, p ) );
             store( acting,
-                   working.pressure( seen, load( pressure, p ), q, density,
+                   working.pressure( seen, load( pressure, p ), q, at_start,
                                      sound ),
                    p );
             if ( working.keeps_rates )
