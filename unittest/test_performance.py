@@ -317,6 +317,17 @@ class GpuCodeTest(unittest.TestCase):
                 gpu_code.function_of(self.KERNEL.format(function, number)),
                 expected)
         self.assertIsNone(gpu_code.function_of("void Kokkos::Impl::fill()"))
+        # In a loop of ours the kernel is a part of the functor.
+        self.assertEqual(
+            gpu_code.function_of(
+                "void run<Kokkos::Impl::ParallelFor<Machpoint::Impl::Shares<"
+                "Machpoint::Impl::StencilTurns<Machpoint::Quadratic, 3, "
+                "Cabana::Slice<double [3]> const, Machpoint::NodeScatter, "
+                "Machpoint::Impl::depositParticles<Machpoint::Quadratic, 3, "
+                "Machpoint::NodeScatter>(Machpoint::State<3> const&)::"
+                "{lambda(Machpoint::Pack, Machpoint::Stencil<Machpoint::"
+                "Quadratic, 3, double> const&)#1}> >, Kokkos::Cuda> >()"),
+            ("depositParticles", "Quadratic, 3, NodeScatter", 1))
 
     def test_resources_and_opcodes(self):
         gpu_code = program("gpu_code")
@@ -354,6 +365,11 @@ class GpuCodeTest(unittest.TestCase):
         self.assertIn("| rates, viscosity, stress | `Quadratic, 2`, 1 | 56 | 36 | "
                       "216 | 3 |", text)
         self.assertIn("`sumParticles`.", text)
+        # With all registers that launch bounds leave it.
+        for size, wrong in ((104, 0), (300, 1)):
+            kernels[1:] = [("depositStress", "Quadratic, 2", 1,
+                            gpu_code.Code(128, size, {}))]
+            self.assertEqual(len(gpu_code.section(kernels)[1]), wrong, size)
 
     def test_doubles_in_single_precision_are_reported(self):
         gpu_code = program("gpu_code")

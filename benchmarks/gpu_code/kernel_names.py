@@ -13,8 +13,6 @@ STEP = {
     "gatherParticles": "G2P of `conservative`",
     "depositConduction": "P2G of conducted heat",
     "conductHeat": "G2P of conducted heat",
-    "splitParticles": "stretch, volume; splitting",
-    "mergeParticles": "volume; merging",
     "driftParticles": "drift",
     "evaluateGas": "equation of state, survey",
     "gridVelocity": "velocities of nodes",
