@@ -89,13 +89,15 @@ class Bench:
             ["mpirun", "-n", str(case.ranks), "machpoint", "run",
              f"input/{case.scene}.json", *words, "--max-steps",
              str(case.steps)])
+        # Copies that start at once must not make one directory, also where the
+        # caller's environment has named one for Open MPI.
+        own = tempfile.mkdtemp(dir=scratch)
         environment = dict(
             os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false",
             OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
             OMPI_MCA_rmaps_base_oversubscribe="1",
             OMPI_MCA_hwloc_base_binding_policy="none",
-            # Copies that start at once must not make one directory.
-            TMPDIR=tempfile.mkdtemp(dir=scratch))
+            TMPDIR=own, OMPI_MCA_orte_tmpdir_base=own)
         return directory, subprocess.Popen(
             command, env=environment, stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
