@@ -37,8 +37,8 @@ class Profile
       \brief Before Kokkos is initialized: says that counting needs no fences.
 
       Without, Kokkos waits for all that runs before each kernel, as it would
-      have to for a tool that takes the time of each (on a GPU, twice as long a
-      step where there is little to do).
+      have to for a tool that takes the time of each: where there is little to
+      do, a step on a GPU takes half as long again (docs/performance.md).
     */
     static void announce();
     //! Clears all entries and installs the callbacks (once).

@@ -87,9 +87,10 @@ inline constexpr int most_threads = 128;
 
   On CUDA a kernel gets what it captures as its parameters: Kokkos puts more
   than 512 bytes of them into constant memory otherwise, and before that waits
-  for the last kernel that it did so for to end. \tparam Blocks that a
-  multiprocessor of a GPU is to hold at least: a thread then has 65536 / (
-  most_threads Blocks ) registers of 4 bytes, at most 255
+  for the last kernel that it did so for to end.
+
+  \tparam Blocks how many a multiprocessor of a GPU is to hold at least, which
+  bounds the registers of a thread: 128 for 4 blocks, 168 for 3, 255 for fewer
 */
 template <int Blocks>
 using RangeOf = Kokkos::RangePolicy<

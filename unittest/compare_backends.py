@@ -59,9 +59,9 @@ def run(machpoint, scene, overrides, threads=None):
 
 def difference(a, b):
     """Largest difference of two runs' particles, relative to the field's
-    largest magnitude (of a velocity, or to the speed of sound but for a factor:
-    gas at rest has only round-off), and that field; infinite where the particles
-    are not the same ones."""
+    largest magnitude, and that field; infinite where the particles are not the
+    same ones. A velocity is held against sqrt(p / rho), too, where that is larger:
+    that of gas at rest is round-off."""
     if not np.array_equal(a["id"], b["id"]):
         return np.inf, "id"
     parts = {}

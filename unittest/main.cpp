@@ -3,6 +3,8 @@
   \brief The main function of every test executable: GoogleTest, with Kokkos
   alive while tests run.
 */
+#include <core/profile.hpp>
+
 #include <Kokkos_Core.hpp>
 
 #include <gtest/gtest.h>
@@ -19,7 +21,11 @@ class KokkosEnvironment : public testing::Environment
     {
     }
 
-    void SetUp() override { Kokkos::initialize( _argc, _argv ); }
+    void SetUp() override
+    {
+        Machpoint::Profile::announce(); // as the program does
+        Kokkos::initialize( _argc, _argv );
+    }
     void TearDown() override { Kokkos::finalize(); }
 
   private:

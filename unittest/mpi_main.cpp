@@ -4,6 +4,7 @@
   test; mpirun fails when any of them does.
 */
 #include <core/communicator.hpp>
+#include <core/profile.hpp>
 
 #include <Kokkos_Core.hpp>
 
@@ -12,6 +13,7 @@
 int main( int argc, char** argv )
 {
     const Machpoint::MpiSession mpi( argc, argv );
+    Machpoint::Profile::announce(); // as the program does
     const Kokkos::ScopeGuard kokkos( argc, argv );
     testing::InitGoogleTest( &argc, argv );
     return RUN_ALL_TESTS();

@@ -47,7 +47,7 @@ def function_of(demangled):
 
 
 def opening(text, end, pair):
-    """Where the bracket opens that closes at `end`; pair: both of them"""
+    """Where the bracket opens that closes at `end`; pair: both of them."""
     depth = 0
     for k in range(end, -1, -1):
         depth += (text[k] == pair[1]) - (text[k] == pair[0])
