@@ -46,6 +46,7 @@ accessTo( const Thread& thread, const Particle p,
 template <class Terms, int Dim, class Number>
 struct Products
 {
+    using terms_type = Terms;
     //! Columns from the first term's to the last one's.
     static constexpr int width =
         Terms::column( Terms::count - 1 ) - Terms::column( 0 ) + 1;
@@ -145,7 +146,7 @@ replace( const typename ColumnRow<Width>::Row& row, const Real x )
 template <int N, class Visitor>
 KOKKOS_FORCEINLINE_FUNCTION void forEachConstant( const Visitor& visit )
 {
-    [&]<int... I>( std::integer_sequence<int, I...> )
+    [&]<int... I>( std::integer_sequence<int, I...> ) MACHPOINT_INLINE
     {
         ( visit( std::integral_constant<int, I>() ), ... );
     }
@@ -293,7 +294,8 @@ constexpr int placesWithSlope()
 }
 
 /*!
-  \brief addProducts with a particle's columns in one register.
+  \brief What the particles of a pack add to nodes, ready to be added, with a
+  particle's columns in one register.
 
   Plane after plane of nodes. Within one a term grows from node to node and from
   line to line by slope times spacing, and the weights of an axis are multiplied
@@ -304,142 +306,208 @@ constexpr int placesWithSlope()
   to make it, as it has to wait for what the last particle wrote.
 */
 template <int Width, class Terms, class Basis, int Dim>
-KOKKOS_FORCEINLINE_FUNCTION void
-addProductRows( const NodeScatter::Access& nodes, const Pack p,
-                const Stencil<Basis, Dim, Lanes>& s,
-                const NodeLayout<Dim>& layout,
-                const Lanes ( &other )[Dim][Basis::nodes],
-                const Products<Terms, Dim, Lanes>& terms )
+class [[nodiscard]] ProductRows
 {
     using Row = typename ColumnRow<Width>::Row;
-    constexpr int n = Basis::nodes;
-    constexpr int plane_axes = Dim > 1 ? 2 : 1;
-    constexpr int ny = Dim > 1 ? n : 1;
-    constexpr int nz = Dim > 2 ? n : 1;
-    constexpr int first = Terms::column( 0 );
-    constexpr int slopes = placesWithSlope<Terms>();
-    constexpr bool grows = slopes != 0;
-    PairsInMemory weights[plane_axes][n]; // and the others
-    for ( int d = 0; d < plane_axes; ++d )
-        for ( int i = 0; i < n; ++i )
-            weights[d][i].set( s.w[d][i], other[d][i] );
-    // Here, as the compiler would read them again after whatever is written.
-    const std::ptrdiff_t columns = nodes.columns;
-    std::ptrdiff_t stride[3]{};
-    for ( int d = 0; d < Dim; ++d )
-        stride[d] = layout.stride[d] * columns;
-    MACHPOINT_KEEP_LOOP
-    for ( int k = 0; k < nz; ++k )
+    static constexpr int n = Basis::nodes;
+    static constexpr int plane_axes = Dim > 1 ? 2 : 1;
+    static constexpr int ny = Dim > 1 ? n : 1;
+    static constexpr int nz = Dim > 2 ? n : 1;
+    static constexpr int first = Terms::column( 0 );
+    static constexpr int slopes = placesWithSlope<Terms>();
+    static constexpr bool grows = slopes != 0;
+    //! Two columns a pair.
+    static constexpr int pairs = ( Terms::count + 1 ) / 2;
+    //! Up to the last slope's; an array has one at least.
+    static constexpr int step_pairs = std::max(
+        1,
+        ( static_cast<int>( std::bit_width( unsigned( slopes ) ) ) + 1 ) / 2 );
+
+  public:
+    KOKKOS_FORCEINLINE_FUNCTION
+    ProductRows( const NodeScatter::Access& nodes, const Pack p,
+                 const Stencil<Basis, Dim, Lanes>& s,
+                 const NodeLayout<Dim>& layout,
+                 const Lanes ( &other )[Dim][Basis::nodes],
+                 const Products<Terms, Dim, Lanes>& terms )
+        : _start( nodes.sums + first ), _columns( nodes.columns ),
+          _count( p.count )
     {
-        // Two columns a pair: terms at the plane's first node, and from there
-        // to the next one along each axis.
-        auto valueOf = [&]( const auto t ) MACHPOINT_INLINE
+        std::memcpy( _row, s.base.row, sizeof( _row ) );
+        for ( int d = 0; d < Dim; ++d )
+            _stride[d] = layout.stride[d] * _columns;
+        for ( int d = 0; d < plane_axes; ++d )
+            for ( int i = 0; i < n; ++i )
+                _weights[d][i].set( s.w[d][i], other[d][i] );
+        MACHPOINT_KEEP_LOOP
+        for ( int k = 0; k < nz; ++k )
         {
-            Lanes value( 0.0 );
-            if constexpr ( t < Terms::count )
+            // Terms at the plane's first node, and from there to the next one
+            // along each axis.
+            auto valueOf = [&]( const auto t ) MACHPOINT_INLINE
             {
-                static_assert( Terms::column( t ) == first + t,
-                               "terms must have columns side by side" );
-                value = terms.value[t];
-                if constexpr ( Terms::isAffine( t ) )
-                    for ( int d = 0; d < Dim; ++d )
-                        value += terms.slope[t][d] * s.dx[d][d < 2 ? 0 : k];
-                if constexpr ( Dim > 2 )
-                    value *= Terms::axis( t ) == 2 ? other[2][k] : s.w[2][k];
-            }
-            return value;
-        };
-        auto stepOf = [&]( const auto t, const int d ) MACHPOINT_INLINE
-        {
-            Lanes step( 0.0 );
-            if constexpr ( Terms::isAffine( t ) )
-            {
-                step = terms.slope[t][d] * layout.spacing[d];
-                if constexpr ( Dim > 2 )
-                    step *= s.w[2][k];
-            }
-            return step;
-        };
-        constexpr int pairs = ( Terms::count + 1 ) / 2;
-        // Up to the last slope's; an array has one at least.
-        constexpr int step_pairs = std::max(
-            1,
-            ( static_cast<int>( std::bit_width( unsigned( slopes ) ) ) + 1 ) /
-                2 );
-        PairsInMemory values[pairs], steps[plane_axes][step_pairs];
-        forEachConstant<pairs>(
-            [&]( const auto q ) MACHPOINT_INLINE
-            {
-                const std::integral_constant<int, 2 * q> a;
-                const std::integral_constant<int, 2 * q + 1> b;
-                values[q].set( valueOf( a ), valueOf( b ) );
-                if constexpr ( grows && q < step_pairs )
-                    for ( int d = 0; d < plane_axes; ++d )
-                        steps[d][q].set( stepOf( a, d ), stepOf( b, d ) );
-            } );
-        Real* const start = nodes.sums + first + k * stride[2];
-        Row sums[ny][n]{};
-        auto flush = [&]( const int row ) MACHPOINT_INLINE
-        {
-            for ( int j = 0; j < ny; ++j )
-            {
-                Real* const line = start + row * columns + j * stride[1];
-                for ( int i = 0; i < n; ++i )
+                Lanes value( 0.0 );
+                if constexpr ( t < Terms::count )
                 {
-                    Row sum;
-                    std::memcpy( &sum, line + i * columns, sizeof( Row ) );
-                    sum += sums[j][i];
-                    std::memcpy( line + i * columns, &sum, sizeof( Row ) );
-                    sums[j][i] = Row{};
+                    static_assert( Terms::column( t ) == first + t,
+                                   "terms must have columns side by side" );
+                    value = terms.value[t];
+                    if constexpr ( Terms::isAffine( t ) )
+                        for ( int d = 0; d < Dim; ++d )
+                            value += terms.slope[t][d] * s.dx[d][d < 2 ? 0 : k];
+                    if constexpr ( Dim > 2 )
+                        value *=
+                            Terms::axis( t ) == 2 ? other[2][k] : s.w[2][k];
                 }
-            }
-        };
-        int current = s.base.row[0];
-        for ( int l = 0; l < p.count; ++l )
-        {
-            Row value =
-                joinedRow<Width, ( 1 << Terms::count ) - 1>( values, l );
-            Row step[2]{};
-            if constexpr ( grows )
-                for ( int d = 0; d < plane_axes; ++d )
-                    step[d] = joinedRow<Width, slopes>( steps[d], l );
-            Row w[plane_axes][n];
-            forEachConstant<plane_axes>(
-                [&]( const auto d ) MACHPOINT_INLINE
+                return value;
+            };
+            auto stepOf = [&]( const auto t, const int d ) MACHPOINT_INLINE
+            {
+                Lanes step( 0.0 );
+                if constexpr ( Terms::isAffine( t ) )
                 {
-                    for ( int i = 0; i < n; ++i )
-                        w[d][i] = choiceOf<Width, placesAlong<Terms>( d )>(
-                            weights[d][i], l );
+                    step = terms.slope[t][d] * layout.spacing[d];
+                    if constexpr ( Dim > 2 )
+                        step *= s.w[2][k];
+                }
+                return step;
+            };
+            forEachConstant<pairs>(
+                [&]( const auto q ) MACHPOINT_INLINE
+                {
+                    const std::integral_constant<int, 2 * q> a;
+                    const std::integral_constant<int, 2 * q + 1> b;
+                    _values[k][q].set( valueOf( a ), valueOf( b ) );
+                    if constexpr ( grows && q < step_pairs )
+                        for ( int d = 0; d < plane_axes; ++d )
+                            _steps[k][d][q].set( stepOf( a, d ),
+                                                 stepOf( b, d ) );
                 } );
-            const int row = s.base.row[l];
-            if ( row != current )
+        }
+    }
+
+    KOKKOS_FORCEINLINE_FUNCTION void add() const
+    {
+        // Here, as the compiler would read them again after whatever is
+        // written.
+        const std::ptrdiff_t columns = _columns;
+        const std::ptrdiff_t line_stride = _stride[plane_axes - 1];
+        const int count = _count;
+        MACHPOINT_KEEP_LOOP
+        for ( int k = 0; k < nz; ++k )
+        {
+            Real* const start = _start + ( Dim > 2 ? k * _stride[Dim - 1] : 0 );
+            Row sums[ny][n]{};
+            auto flush = [&]( const int row ) MACHPOINT_INLINE
             {
-                flush( current );
-                current = row;
-            }
-            for ( int j = 0; j < ny; ++j )
-            {
-                Row term = value;
-                Row step_on = step[0];
-                if constexpr ( Dim > 1 )
+                for ( int j = 0; j < ny; ++j )
                 {
-                    term *= w[1][j];
-                    if constexpr ( grows )
+                    Real* const line = start + row * columns + j * line_stride;
+                    for ( int i = 0; i < n; ++i )
                     {
-                        step_on *= w[1][j];
-                        value += step[1];
+                        Row sum;
+                        std::memcpy( &sum, line + i * columns, sizeof( Row ) );
+                        sum += sums[j][i];
+                        std::memcpy( line + i * columns, &sum, sizeof( Row ) );
+                        sums[j][i] = Row{};
                     }
                 }
-                for ( int i = 0; i < n; ++i )
+            };
+            int current = _row[0];
+            for ( int l = 0; l < count; ++l )
+            {
+                Row value = joinedRow<Width, ( 1 << Terms::count ) - 1>(
+                    _values[k], l );
+                Row step[2]{};
+                if constexpr ( grows )
+                    for ( int d = 0; d < plane_axes; ++d )
+                        step[d] = joinedRow<Width, slopes>( _steps[k][d], l );
+                Row w[plane_axes][n];
+                forEachConstant<plane_axes>(
+                    [&]( const auto d ) MACHPOINT_INLINE
+                    {
+                        for ( int i = 0; i < n; ++i )
+                            w[d][i] = choiceOf<Width, placesAlong<Terms>( d )>(
+                                _weights[d][i], l );
+                    } );
+                const int row = _row[l];
+                if ( row != current )
                 {
-                    sums[j][i] += term * w[0][i];
-                    if constexpr ( grows )
-                        term += step_on;
+                    flush( current );
+                    current = row;
+                }
+                for ( int j = 0; j < ny; ++j )
+                {
+                    Row term = value;
+                    Row step_on = step[0];
+                    if constexpr ( Dim > 1 )
+                    {
+                        term *= w[1][j];
+                        if constexpr ( grows )
+                        {
+                            step_on *= w[1][j];
+                            value += step[1];
+                        }
+                    }
+                    for ( int i = 0; i < n; ++i )
+                    {
+                        sums[j][i] += term * w[0][i];
+                        if constexpr ( grows )
+                            term += step_on;
+                    }
                 }
             }
+            flush( current );
         }
-        flush( current );
     }
+
+  private:
+    PairsInMemory _weights[plane_axes][n]; //!< and the others
+    PairsInMemory _values[nz][pairs];
+    PairsInMemory _steps[nz][plane_axes][step_pairs];
+    Real* _start;
+    std::ptrdiff_t _columns;
+    std::ptrdiff_t _stride[Dim];
+    int _count;
+    int _row[lane_count];
+};
+
+//! Rows of some of the terms, and of the others.
+template <class Some, class Others>
+struct [[nodiscard]] BothRows
+{
+    Some some;
+    Others others;
+
+    KOKKOS_FORCEINLINE_FUNCTION void add() const
+    {
+        some.add();
+        others.add();
+    }
+};
+
+//! The rows of the terms from First on.
+template <int First = 0, class Terms, class Basis, int Dim>
+KOKKOS_FORCEINLINE_FUNCTION auto
+rowsOf( const NodeScatter::Access& nodes, const Pack p,
+        const Stencil<Basis, Dim, Lanes>& s, const NodeLayout<Dim>& layout,
+        const Lanes ( &other )[Dim][Basis::nodes],
+        const Products<Terms, Dim, Lanes>& terms )
+{
+    const auto& part = partOf<First>( terms );
+    using Part = std::remove_cvref_t<decltype( part )>;
+    using Rows = ProductRows<rowWidth( std::max( Part::width, 2 ) ),
+                             typename Part::terms_type, Basis, Dim>;
+    if constexpr ( First + most_terms < Terms::count )
+    {
+        using Others = decltype( rowsOf<First + most_terms>(
+            nodes, p, s, layout, other, terms ) );
+        return BothRows<Rows, Others>{
+            Rows( nodes, p, s, layout, other, part ),
+            rowsOf<First + most_terms>( nodes, p, s, layout, other, terms ) };
+    }
+    else
+        return Rows( nodes, p, s, layout, other, part );
 }
 
 } // namespace Impl
@@ -448,12 +516,15 @@ addProductRows( const NodeScatter::Access& nodes, const Pack p,
 /*!
   \brief Adds the terms of a particle, or of each of a pack, to the nodes of its
   stencil.
+
+  Or returns what the caller is to add(), which is the case for packs on a CPU:
+  a body of forEachDeposit or forEachBlock hands it on.
   \param p a particle's row or a pack
   \param other the other weights [Dim][nodes]
 */
 template <class Terms, class Basis, int Dim, class Number, class Access,
           class Particle>
-KOKKOS_FORCEINLINE_FUNCTION void addProducts(
+KOKKOS_FORCEINLINE_FUNCTION auto addProducts(
     const Access& nodes, const Particle p, const Stencil<Basis, Dim, Number>& s,
     const NodeLayout<Dim>& layout, const Number ( &other )[Dim][Basis::nodes],
     const Products<Terms, Dim, Number>& terms )
@@ -462,21 +533,7 @@ KOKKOS_FORCEINLINE_FUNCTION void addProducts(
     if constexpr ( std::is_same_v<Access, NodeScatter::Access> &&
                    std::is_same_v<Particle, Pack> )
         if constexpr ( Terms::count > 1 && lane_count > 1 )
-        {
-            constexpr int parts =
-                ( Terms::count + Impl::most_terms - 1 ) / Impl::most_terms;
-            Impl::forEachConstant<parts>(
-                [&]( const auto k ) MACHPOINT_INLINE
-                {
-                    const auto& part =
-                        Impl::partOf<k * Impl::most_terms>( terms );
-                    constexpr int columns =
-                        std::remove_cvref_t<decltype( part )>::width;
-                    Impl::addProductRows<Impl::rowWidth( std::max(
-                        columns, 2 ) )>( nodes, p, s, layout, other, part );
-                } );
-            return;
-        }
+            return Impl::rowsOf( nodes, p, s, layout, other, terms );
 #endif
     constexpr int width = Products<Terms, Dim, Number>::width;
     constexpr int first = Terms::column( 0 );

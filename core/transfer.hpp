@@ -11,6 +11,10 @@
 #include <core/products.hpp>
 #include <core/soundness.hpp>
 
+#include <cstddef>
+#include <new>
+#include <type_traits>
+
 namespace Machpoint
 {
 
@@ -24,6 +28,47 @@ struct NoSums
     };
     KOKKOS_FORCEINLINE_FUNCTION Thread thread() const { return {}; }
 };
+
+//! Does a body leave nothing to be added later?
+template <class Prepare>
+constexpr bool leavesNothing()
+{
+    // The compiler for a GPU must not be asked what a kernel returns.
+    if constexpr ( lane_count == 1 )
+        return true;
+    else
+        return std::is_void_v<std::invoke_result_t<Prepare, int>>;
+}
+
+/*!
+  \brief Calls prepare( k ) for k from `first` on, and a turn later add() of
+  what it returned, if anything.
+
+  How many particles in a row share their nodes is hard to foresee. Until a
+  processor knows where it guessed wrong, it makes ready what the next pack
+  adds, whose long chain of operations would else begin behind the guess.
+*/
+template <class Prepare>
+KOKKOS_FORCEINLINE_FUNCTION void addBehind( const int first, const int last,
+                                            const Prepare& prepare )
+{
+    if constexpr ( leavesNothing<Prepare>() )
+        for ( int k = first; k < last; ++k )
+            prepare( k );
+    else if ( first < last )
+    {
+        using Ready = std::invoke_result_t<Prepare, int>;
+        alignas( Ready ) std::byte places[2][sizeof( Ready )];
+        for ( int k = first; k <= last; ++k )
+        {
+            if ( k < last )
+                new ( places[k & 1] ) Ready( prepare( k ) );
+            if ( k > first )
+                std::launder( reinterpret_cast<Ready*>( places[~k & 1] ) )
+                    ->add();
+        }
+    }
+}
 
 template <class Basis, int Dim, class Positions, class Sums, class Body>
 struct StencilTurns
@@ -44,7 +89,7 @@ struct StencilTurns
         Own<Body> own_body = body;
         const int all = n;
         [[maybe_unused]] const auto thread = sums.thread();
-        for ( int k = first; k < last; ++k )
+        auto turn = [&]( const int k ) MACHPOINT_INLINE
         {
             const Pack p = Pack::of( k, all );
             const Stencil<Basis, Dim, Lanes> s( own_grid, own_layout,
@@ -52,8 +97,9 @@ struct StencilTurns
             if constexpr ( std::is_same_v<Sums, NoSums> )
                 own_body( p, s );
             else
-                own_body( p, s, accessTo( thread, p, s, own_layout ) );
-        }
+                return own_body( p, s, accessTo( thread, p, s, own_layout ) );
+        };
+        addBehind( first, last, turn );
     }
 };
 
@@ -104,13 +150,14 @@ struct BlockTurns
             }
             for ( int k = begin; k < end; ++k )
                 own_act( Pack::of( k, all ), valueOf( k ) );
-            for ( int k = begin; k < end; ++k )
+            auto turn = [&]( const int k ) MACHPOINT_INLINE
             {
                 const Pack p = Pack::of( k, all );
                 const auto s = stencilOf( p );
-                own_deposit( p, s, accessTo( thread, p, s, own_layout ),
-                             valueOf( k ) );
-            }
+                return own_deposit( p, s, accessTo( thread, p, s, own_layout ),
+                                    valueOf( k ) );
+            };
+            addBehind( begin, end, turn );
         }
     }
 };
@@ -144,7 +191,8 @@ void forEachStencil( const char* label, const State<Dim>& state,
 }
 
 //! Calls body( p, s, nodes ) for the packs of particles, their stencils and the
-//! nodes that they add to. \param sums the scatter of the field
+//! nodes that they add to; it returns what addProducts returns, or nothing.
+//! \param sums the scatter of the field
 template <class Basis, int Dim, class Sums, class Body>
 void forEachDeposit( const char* label, const State<Dim>& state,
                      const Sums& sums, const Body& body )
@@ -155,7 +203,7 @@ void forEachDeposit( const char* label, const State<Dim>& state,
 /*!
   \brief Calls gather( p, s, between ), act( p, between ) and
   deposit( p, s, nodes, between ) for the packs of particles: a pass that
-  gathers, thinks and deposits.
+  gathers, thinks and deposits, the last as the body of forEachDeposit does.
 
   A block of packs goes through one part after the other, and what they hand on
   stays in the cache. Pack by pack the long chain of operations in `act` would
@@ -192,7 +240,8 @@ affineVelocity( const Kokkos::Array<Number, Dim>& v,
     return u;
 }
 
-//! What particles add in `particlesToGrid`: mass, momentum and force.
+//! What particles add first: mass, momentum, and a term for each axis, which is
+//! the force or, of `conservative`, theta.
 template <int Dim, bool Affine>
 struct MomentTerms
 {
@@ -257,7 +306,7 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
             const Lanes Vp = load( V, p ) * load( pressure, p );
             for ( int d = 0; d < Dim; ++d )
                 terms.value[1 + Dim + d] = Vp;
-            addProducts( nodes, p, s, layout, s.dw, terms );
+            return addProducts( nodes, p, s, layout, s.dw, terms );
         } );
 }
 

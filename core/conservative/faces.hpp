@@ -84,70 +84,21 @@ NodeComponents<1 + 2 * Dim> conservativeMoments()
     return list;
 }
 
-//! A term on the faces of each axis, from column First on, and More on nodes.
-template <int Dim, int First, int More>
-struct FaceTerms
-{
-    static constexpr int count = Dim + More;
-    KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
-    {
-        return First + t;
-    }
-    KOKKOS_FORCEINLINE_FUNCTION static constexpr bool isAffine( int )
-    {
-        return false;
-    }
-    KOKKOS_FORCEINLINE_FUNCTION static constexpr int axis( const int t )
-    {
-        return t < Dim ? t : -1;
-    }
-};
-
-//! Mass and momentum, and theta if WithTheta.
-template <int Dim, bool WithTheta>
-struct ConservativeTerms
-{
-    static constexpr int count = 1 + ( WithTheta ? 2 : 1 ) * Dim;
-    KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
-    {
-        return t;
-    }
-    KOKKOS_FORCEINLINE_FUNCTION static constexpr bool isAffine( const int t )
-    {
-        return 0 < t && t <= Dim;
-    }
-    KOKKOS_FORCEINLINE_FUNCTION static constexpr int axis( const int t )
-    {
-        return t <= Dim ? -1 : t - 1 - Dim;
-    }
-};
-
 //! Adds particles, or one image of one, to mass, momentum and theta.
-//! \param p a particle's row or a pack
+//! \param p a particle's row or a pack \return what addProducts returns
 template <class Basis, int Dim, class Number, class NodeAccess, class Particle>
-KOKKOS_FORCEINLINE_FUNCTION void depositMoments(
+KOKKOS_FORCEINLINE_FUNCTION auto depositMoments(
     const NodeAccess& nodes, const Grid<Dim>& grid,
     const NodeLayout<Dim>& layout, const Stencil<Basis, Dim, Number>& s,
     const Particle p, const Number& mass, const Number& volume,
     const VectorOf<Dim, Number>& v, const VectorOf<Dim, Number> ( &C )[Dim] )
 {
-    // All at once where a register holds them, or on a GPU.
-    constexpr bool together = lane_count == 1 || 1 + 2 * Dim <= lane_count;
     const FaceWeights<Basis, Dim, Number> faces( grid, s );
-    const Number filling = volume * ( 1 / grid.cellVolume() );
-    Products<ConservativeTerms<Dim, together>, Dim, Number> terms;
+    Products<MomentTerms<Dim, true>, Dim, Number> terms;
     setMoments<Dim>( terms, mass, v, C );
-    if constexpr ( together )
-        for ( int a = 0; a < Dim; ++a )
-            terms.value[theta_column<Dim> + a] = filling;
-    addProducts( nodes, p, s, layout, faces.w, terms );
-    if constexpr ( !together )
-    {
-        Products<FaceTerms<Dim, theta_column<Dim>, 0>, Dim, Number> theta;
-        for ( int a = 0; a < Dim; ++a )
-            theta.value[a] = filling;
-        addProducts( nodes, p, s, layout, faces.w, theta );
-    }
+    for ( int a = 0; a < Dim; ++a )
+        terms.value[theta_column<Dim> + a] = volume * ( 1 / grid.cellVolume() );
+    return addProducts( nodes, p, s, layout, faces.w, terms );
 }
 
 //! R C R, row by row: the affine matrix as a mirror shows it.
@@ -188,9 +139,9 @@ void depositParticles( const State<Dim>& state, const Sums& sums )
                           const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
-            depositMoments<Basis, Dim>( nodes, grid, layout, s, p, load( m, p ),
-                                        load( V, p ), loadVector<Dim>( v, p ),
-                                        affine );
+            return depositMoments<Basis, Dim>(
+                nodes, grid, layout, s, p, load( m, p ), load( V, p ),
+                loadVector<Dim>( v, p ), affine );
         } );
     if ( images.count > 0 )
         Kokkos::parallel_for(

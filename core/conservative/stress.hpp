@@ -128,22 +128,41 @@ struct WorkingGas
     }
 };
 
+//! Pressure on the faces of each axis, and the blend on nodes.
+template <int Dim>
+struct StressTerms
+{
+    static constexpr int count = Dim + 1;
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
+    {
+        return t;
+    }
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr bool isAffine( int )
+    {
+        return false;
+    }
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int axis( const int t )
+    {
+        return t < Dim ? t : -1;
+    }
+};
+
 //! Adds particles, or one image of one, to the pressure on faces and the blend
 //! on nodes. \param p a particle's row or a pack
-//! \param mixed mass times blend
+//! \param mixed mass times blend \return what addProducts returns
 template <class Basis, int Dim, class Number, class NodeAccess, class Particle>
-KOKKOS_FORCEINLINE_FUNCTION void
+KOKKOS_FORCEINLINE_FUNCTION auto
 depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
                const NodeLayout<Dim>& layout,
                const Stencil<Basis, Dim, Number>& s, const Particle p,
                const Number& volume_pressure, const Number& mixed )
 {
-    Products<FaceTerms<Dim, 0, 1>, Dim, Number> terms;
+    Products<StressTerms<Dim>, Dim, Number> terms;
     for ( int a = 0; a < Dim; ++a )
         terms.value[a] = volume_pressure * ( 1 / grid.cellVolume() );
     terms.value[Dim] = mixed;
-    addProducts( nodes, p, s, layout,
-                 FaceWeights<Basis, Dim, Number>( grid, s ).w, terms );
+    return addProducts( nodes, p, s, layout,
+                        FaceWeights<Basis, Dim, Number>( grid, s ).w, terms );
 }
 
 /*!
@@ -220,14 +239,15 @@ void depositStress( const State<Dim>& state, const NodeView& faces,
             }
         },
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                          const NodesOf<Sums>& nodes,
-                          const Rates& seen ) MACHPOINT_INLINE {
-            depositStress( nodes, grid, layout, s, p,
-                           Lanes( load( V, p ) * load( acting, p ) ),
-                           Lanes( load( m, p ) *
-                                  working.blend( seen.divergence, seen.limiter,
-                                                 load( c, p ) ) ) );
-        } );
+                          const NodesOf<Sums>& nodes, const Rates& seen )
+            MACHPOINT_INLINE {
+                return depositStress(
+                    nodes, grid, layout, s, p,
+                    Lanes( load( V, p ) * load( acting, p ) ),
+                    Lanes( load( m, p ) * working.blend( seen.divergence,
+                                                         seen.limiter,
+                                                         load( c, p ) ) ) );
+            } );
     if ( images.count > 0 )
         Kokkos::parallel_for(
             "Machpoint::depositImageStress", Range( 0, images.count ),
