@@ -11,12 +11,11 @@
 #include <core/basis.hpp>
 #include <core/communicator.hpp>
 #include <core/exact.hpp>
-#include <core/large_pages.hpp>
+#include <core/kokkos_session.hpp>
 #include <core/method_apic.hpp>
 #include <core/method_conservative.hpp>
 #include <core/method_paper.hpp>
 #include <core/output.hpp>
-#include <core/profile.hpp>
 #include <core/registry.hpp>
 #include <core/revision.hpp>
 #include <core/simulation.hpp>
@@ -338,11 +337,7 @@ int runCommandLine( int argc, char** argv )
         requireAllProcesses( ranks );
         if ( study_command.parsed() )
             return study( ranks, file, study_options );
-        // Kokkos' own flags are not ours; its environment variables work.
-        Profile::announce();
-        const Kokkos::ScopeGuard guard{
-            Kokkos::InitializationSettings().set_disable_warnings( true ) };
-        askForLargePages();
+        const KokkosSession kokkos;
         const int code =
             execute( ranks, app, file, overrides, options, is_dry );
         if ( std::fflush( stdout ) != 0 )

@@ -3,11 +3,11 @@
   \brief The main function of every test executable: GoogleTest, with Kokkos
   alive while tests run.
 */
-#include <core/profile.hpp>
-
-#include <Kokkos_Core.hpp>
+#include <core/kokkos_session.hpp>
 
 #include <gtest/gtest.h>
+
+#include <optional>
 
 namespace
 {
@@ -16,21 +16,10 @@ namespace
 // listed on a machine that lacks the device they were built for.
 class KokkosEnvironment : public testing::Environment
 {
-  public:
-    KokkosEnvironment( int& argc, char** argv ) : _argc( argc ), _argv( argv )
-    {
-    }
+    void SetUp() override { _kokkos.emplace(); }
+    void TearDown() override { _kokkos.reset(); }
 
-    void SetUp() override
-    {
-        Machpoint::Profile::announce(); // as the program does
-        Kokkos::initialize( _argc, _argv );
-    }
-    void TearDown() override { Kokkos::finalize(); }
-
-  private:
-    int& _argc;
-    char** _argv;
+    std::optional<Machpoint::KokkosSession> _kokkos;
 };
 
 } // namespace
@@ -39,6 +28,6 @@ int main( int argc, char** argv )
 {
     testing::InitGoogleTest( &argc, argv );
     // GoogleTest owns the environment and deletes it.
-    testing::AddGlobalTestEnvironment( new KokkosEnvironment( argc, argv ) );
+    testing::AddGlobalTestEnvironment( new KokkosEnvironment );
     return RUN_ALL_TESTS();
 }

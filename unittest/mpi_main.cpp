@@ -4,17 +4,14 @@
   test; mpirun fails when any of them does.
 */
 #include <core/communicator.hpp>
-#include <core/profile.hpp>
-
-#include <Kokkos_Core.hpp>
+#include <core/kokkos_session.hpp>
 
 #include <gtest/gtest.h>
 
 int main( int argc, char** argv )
 {
     const Machpoint::MpiSession mpi( argc, argv );
-    Machpoint::Profile::announce(); // as the program does
-    const Kokkos::ScopeGuard kokkos( argc, argv );
+    const Machpoint::KokkosSession kokkos;
     testing::InitGoogleTest( &argc, argv );
     return RUN_ALL_TESTS();
 }

@@ -17,8 +17,7 @@
 #include "work.hpp"
 
 #include <core/communicator.hpp>
-#include <core/large_pages.hpp>
-#include <core/profile.hpp>
+#include <core/kokkos_session.hpp>
 #include <core/revision.hpp>
 #include <core/stepper_list.hpp>
 
@@ -203,10 +202,7 @@ int main( int argc, char** argv )
     app.add_flag( "--small", small, "limits in milliseconds: does it work?" );
     CLI11_PARSE( app, argc, argv );
 
-    Profile::announce();
-    const Kokkos::ScopeGuard kokkos{
-        Kokkos::InitializationSettings().set_disable_warnings( true ) };
-    askForLargePages();
+    const KokkosSession kokkos;
     limits = measureLimits( small );
     benchmark::AddCustomContext( "revision", revision );
     benchmark::AddCustomContext( "backend", ExecutionSpace::name() );

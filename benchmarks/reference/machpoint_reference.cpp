@@ -5,7 +5,7 @@
 */
 #include "finite_volume.hpp"
 
-#include <core/large_pages.hpp>
+#include <core/kokkos_session.hpp>
 #include <core/output.hpp>
 #include <core/revision.hpp>
 #include <drivers/input.hpp>
@@ -316,9 +316,6 @@ int main( int argc, char** argv )
     {
         return app.exit( error ) == 0 ? finished : wrong_input;
     }
-    // Kokkos' own flags are not ours; its environment variables work.
-    const Kokkos::ScopeGuard guard{
-        Kokkos::InitializationSettings().set_disable_warnings( true ) };
-    askForLargePages();
+    const KokkosSession kokkos;
     return Reference::run( options );
 }
