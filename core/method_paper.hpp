@@ -58,16 +58,11 @@ void momentumToGrid( const State<Dim>& state, const Sums& sums )
         "Machpoint::momentumToGrid", state, sums,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
                           const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
-            const auto u = loadVector<Dim>( v, p );
             const Lanes mass = load( m, p );
-            forEachNode( s, layout,
-                         [&]( const auto& i ) MACHPOINT_INLINE
-                         {
-                             Lanes momentum[Dim];
-                             for ( int d = 0; d < Dim; ++d )
-                                 momentum[d] = mass * i.weight * u[d];
-                             addColumns( nodes, p, i.row, 0, momentum );
-                         } );
+            Products<ValueTerms<Dim>, Dim, Lanes> momentum;
+            for ( int d = 0; d < Dim; ++d )
+                momentum.value[d] = mass * load( v, p, d );
+            return addProductsLater( nodes, p, s, layout, s.w, momentum );
         } );
 }
 

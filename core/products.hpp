@@ -55,6 +55,22 @@ struct Products
     Number slope[Terms::count][Dim]; //!< of those that are affine
 };
 
+//! Terms without slopes that all take the stencil's weights.
+template <int Count>
+struct ValueTerms
+{
+    static constexpr int count = Count;
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
+    {
+        return t;
+    }
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr bool isAffine( int )
+    {
+        return false;
+    }
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr int axis( int ) { return -1; }
+};
+
 //! Weights of the face between a node and the next along each axis; none behind
 //! the last node.
 template <class Basis, int Dim, class Number>
@@ -515,16 +531,14 @@ rowsOf( const NodeScatter::Access& nodes, const Pack p,
 
 /*!
   \brief Adds the terms of a particle, or of each of a pack, to the nodes of its
-  stencil.
-
-  Or returns what the caller is to add(), which is the case for packs on a CPU:
-  a body of forEachDeposit or forEachBlock hands it on.
+  stencil; or returns what the caller is to add(), which is so for packs on a
+  CPU. A body of forEachDeposit or forEachBlock hands that on.
   \param p a particle's row or a pack
   \param other the other weights [Dim][nodes]
 */
 template <class Terms, class Basis, int Dim, class Number, class Access,
           class Particle>
-KOKKOS_FORCEINLINE_FUNCTION auto addProducts(
+KOKKOS_FORCEINLINE_FUNCTION auto addProductsLater(
     const Access& nodes, const Particle p, const Stencil<Basis, Dim, Number>& s,
     const NodeLayout<Dim>& layout, const Number ( &other )[Dim][Basis::nodes],
     const Products<Terms, Dim, Number>& terms )
@@ -570,6 +584,22 @@ KOKKOS_FORCEINLINE_FUNCTION auto addProducts(
             addLine( nodes, p, s.base, row, first, line );
         }
     }
+}
+
+//! addProductsLater, at once.
+template <class Terms, class Basis, int Dim, class Number, class Access,
+          class Particle>
+KOKKOS_FORCEINLINE_FUNCTION void addProducts(
+    const Access& nodes, const Particle p, const Stencil<Basis, Dim, Number>& s,
+    const NodeLayout<Dim>& layout, const Number ( &other )[Dim][Basis::nodes],
+    const Products<Terms, Dim, Number>& terms )
+{
+    auto later = [&]() MACHPOINT_INLINE
+    { return addProductsLater( nodes, p, s, layout, other, terms ); };
+    if constexpr ( std::is_void_v<decltype( later() )> )
+        later();
+    else
+        later().add();
 }
 
 } // namespace Machpoint

@@ -191,8 +191,8 @@ void forEachStencil( const char* label, const State<Dim>& state,
 }
 
 //! Calls body( p, s, nodes ) for the packs of particles, their stencils and the
-//! nodes that they add to; it returns what addProducts returns, or nothing.
-//! \param sums the scatter of the field
+//! nodes that they add to; it returns what addProductsLater returns, or
+//! nothing. \param sums the scatter of the field
 template <class Basis, int Dim, class Sums, class Body>
 void forEachDeposit( const char* label, const State<Dim>& state,
                      const Sums& sums, const Body& body )
@@ -306,7 +306,7 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
             const Lanes Vp = load( V, p ) * load( pressure, p );
             for ( int d = 0; d < Dim; ++d )
                 terms.value[1 + Dim + d] = Vp;
-            return addProducts( nodes, p, s, layout, s.dw, terms );
+            return addProductsLater( nodes, p, s, layout, s.dw, terms );
         } );
 }
 

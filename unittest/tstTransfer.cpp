@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <set>
 #include <string>
-#include <type_traits>
 
 namespace
 {
@@ -224,16 +223,8 @@ struct SomeTerms
             for ( int d = 0; d < Dim; ++d )
                 terms.slope[t][d] = mass * ( 3.0_rt - t + 2 * d );
         }
-        auto addTerms = [&]
-        {
-            return addProducts(
-                accessTo( sums.thread(), p, s, layout ), p, s, layout,
-                FaceWeights<Basis, Dim, Number>( grid, s ).w, terms );
-        };
-        if constexpr ( std::is_void_v<decltype( addTerms() )> )
-            addTerms();
-        else
-            addTerms().add();
+        addProducts( accessTo( sums.thread(), p, s, layout ), p, s, layout,
+                     FaceWeights<Basis, Dim, Number>( grid, s ).w, terms );
     }
 };
 
@@ -417,6 +408,8 @@ TYPED_TEST( Transfer, packsAddWhatTheirParticlesAdd )
     expectSameTerms<MomentTerms<Dim, false>, Basis>( state );
     expectSameTerms<Impl::StressTerms<Dim>, Basis>( state );
     expectSameTerms<LaterTerms<Dim>, Basis>( state );
+    expectSameTerms<ValueTerms<2>, Basis>( state );
+    expectSameTerms<ValueTerms<4>, Basis>( state );
 }
 
 //! Numbers that look random, the same everywhere. \param bits where they go on

@@ -29,15 +29,10 @@ void depositConduction( const State<Dim>& state, const Sums& sums )
             const Lanes mass = load( m, p );
             const Lanes heat = mass * load( e, p );
             const Lanes part = load( share, p );
-            forEachNode( s, layout,
-                         [&]( const auto& i ) MACHPOINT_INLINE
-                         {
-                             const Lanes values[4] = {
-                                 i.weight * mass, i.weight * heat,
-                                 i.weight * ( part * mass ),
-                                 i.weight * ( part * heat ) };
-                             addColumns( nodes, p, i.row, 0, values );
-                         } );
+            return addProductsLater(
+                nodes, p, s, layout, s.w,
+                Products<ValueTerms<4>, Dim, Lanes>{
+                    { mass, heat, part * mass, part * heat }, {} } );
         } );
 }
 

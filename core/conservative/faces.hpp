@@ -85,7 +85,7 @@ NodeComponents<1 + 2 * Dim> conservativeMoments()
 }
 
 //! Adds particles, or one image of one, to mass, momentum and theta.
-//! \param p a particle's row or a pack \return what addProducts returns
+//! \param p a particle's row or a pack \return what addProductsLater returns
 template <class Basis, int Dim, class Number, class NodeAccess, class Particle>
 KOKKOS_FORCEINLINE_FUNCTION auto depositMoments(
     const NodeAccess& nodes, const Grid<Dim>& grid,
@@ -98,7 +98,7 @@ KOKKOS_FORCEINLINE_FUNCTION auto depositMoments(
     setMoments<Dim>( terms, mass, v, C );
     for ( int a = 0; a < Dim; ++a )
         terms.value[theta_column<Dim> + a] = volume * ( 1 / grid.cellVolume() );
-    return addProducts( nodes, p, s, layout, faces.w, terms );
+    return addProductsLater( nodes, p, s, layout, faces.w, terms );
 }
 
 //! R C R, row by row: the affine matrix as a mirror shows it.

@@ -41,22 +41,26 @@ struct CellPressure
     {
         Lanes least = own;
         constexpr int places = Basis::nodes - 1;
-        forEachCell( grid, s, halfway, layout,
-                     [&]( const auto& cell ) MACHPOINT_INLINE
-                     {
-                         stiffness += cell.weight * at( means, cell.row, 2 );
-                         least = Kokkos::min( least, at( means, cell.row, 1 ) );
-                     } );
-        // Derivative of the cells' interpolant, axis by axis.
+        // The volume; a GPU does not read two numbers from an odd column on.
+        constexpr int skipped = lane_count > 1 ? 1 : 0;
         for ( int k = 0; k < ( Dim > 2 ? places : 1 ); ++k )
             for ( int j = 0; j < ( Dim > 1 ? places : 1 ); ++j )
                 for ( int i = 0; i < places; ++i )
                 {
                     const int place[3] = { i, j, k };
                     int row = 0;
+                    Lanes weight( 1.0 );
                     for ( int d = 0; d < Dim; ++d )
+                    {
                         row += place[d] * layout.stride[d];
-                    const Lanes p = at( means, rowAt( s.base, row ), 1 );
+                        weight *= halfway.c[d][place[d]];
+                    }
+                    Lanes mean[3 - skipped];
+                    loadRow( means, rowAt( s.base, row ), mean, skipped );
+                    const Lanes& p = mean[1 - skipped];
+                    stiffness += weight * mean[2 - skipped];
+                    least = Kokkos::min( least, p );
+                    // Derivative of the cells' interpolant, axis by axis.
                     for ( int a = 0; a < Dim; ++a )
                     {
                         Lanes slope = halfway.dc[a][place[a]] * grid.inverse[a];
@@ -134,6 +138,22 @@ auto exchangeSlices( const State<Dim>& state )
                            particles.template slice<SoundSpeed>() };
 }
 
+//! A stencil's cells: halfway between its nodes, and none behind the last.
+template <class Basis, int Dim>
+KOKKOS_FORCEINLINE_FUNCTION Stencil<Basis, Dim, Lanes>
+onCells( const Grid<Dim>& grid, const Stencil<Basis, Dim, Lanes>& s )
+{
+    Stencil<Basis, Dim, Lanes> cells = s;
+    const FaceWeights<Basis, Dim, Lanes> halfway( grid, s );
+    for ( int d = 0; d < Dim; ++d )
+        for ( int i = 0; i < Basis::nodes; ++i )
+        {
+            cells.w[d][i] = halfway.w[d][i];
+            cells.dx[d][i] += 0.5_rt * grid.spacing[d];
+        }
+    return cells;
+}
+
 //! Adds V, V p and m c^2 of the particles to their cells.
 //! \param sums the scatter of a field on cells [nodes][3]
 template <class Basis, int Dim, class Sums>
@@ -146,21 +166,24 @@ void depositCellPressure( const State<Dim>& state, const Sums& sums )
         "Machpoint::cellPressure", state, sums,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
                           const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
-            const HalfwayWeights<Basis, Dim, Lanes> halfway( grid, s );
             const Lanes V = load( of.V, p );
-            const Lanes Vp = V * load( of.pressure, p );
             const Lanes c = load( of.c, p );
-            const Lanes mcc = load( of.m, p ) * c * c;
-            forEachCell( grid, s, halfway, layout,
-                         [&]( const auto& cell ) MACHPOINT_INLINE
-                         {
-                             const Lanes values[3] = { cell.weight * V,
-                                                       cell.weight * Vp,
-                                                       cell.weight * mcc };
-                             addColumns( cells, p, cell.row, 0, values );
-                         } );
+            return addProductsLater(
+                cells, p, onCells( grid, s ), layout, s.w,
+                Products<ValueTerms<3>, Dim, Lanes>{
+                    { V, V * load( of.pressure, p ), load( of.m, p ) * c * c },
+                    {} } );
         } );
 }
+
+//! K, and K (p + g dx).
+struct TargetTerms : ValueTerms<2>
+{
+    KOKKOS_FORCEINLINE_FUNCTION static constexpr bool isAffine( const int t )
+    {
+        return t == 1;
+    }
+};
 
 //! Adds K and K (p + g dx) of the particles to their cells.
 //! \param means of the cells \param sums the scatter of a field [nodes][2]
@@ -177,16 +200,13 @@ void depositTargetPressure( const State<Dim>& state, const NodeView& means,
                           const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
             const VolumeExchange<Basis, Dim> own( of, grid, layout, s, means,
                                                   eta, p );
-            forEachCell(
-                grid, s, own.halfway, layout,
-                [&]( const auto& cell ) MACHPOINT_INLINE
-                {
-                    const Lanes weight = own.K * cell.weight;
-                    const Lanes target =
-                        own.pressure + dot<Dim>( own.around.gradient, cell.dx );
-                    const Lanes values[2] = { weight, weight * target };
-                    addColumns( cells, p, cell.row, 0, values );
-                } );
+            Products<TargetTerms, Dim, Lanes> terms;
+            terms.value[0] = own.K;
+            terms.value[1] = own.K * own.pressure;
+            for ( int d = 0; d < Dim; ++d )
+                terms.slope[1][d] = own.K * own.around.gradient[d];
+            return addProductsLater( cells, p, onCells( grid, s ), layout, s.w,
+                                     terms );
         } );
 }
 
@@ -274,13 +294,9 @@ void depositHeat( const State<Dim>& state, const Sums& sums )
             const auto nodes = accessTo( sums.thread(), p, s, layout );
             const Lanes mass = load( m, p ) * part;
             const Lanes heat = mass * load( e, p );
-            forEachNode( s, layout,
-                         [&]( const auto& i ) MACHPOINT_INLINE
-                         {
-                             const Lanes values[2] = { mass * i.weight,
-                                                       heat * i.weight };
-                             addColumns( nodes, p, i.row, 0, values );
-                         } );
+            addProducts(
+                nodes, p, s, layout, s.w,
+                Products<ValueTerms<2>, Dim, Lanes>{ { mass, heat }, {} } );
         } );
 }
 

@@ -149,7 +149,7 @@ struct StressTerms
 
 //! Adds particles, or one image of one, to the pressure on faces and the blend
 //! on nodes. \param p a particle's row or a pack
-//! \param mixed mass times blend \return what addProducts returns
+//! \param mixed mass times blend \return what addProductsLater returns
 template <class Basis, int Dim, class Number, class NodeAccess, class Particle>
 KOKKOS_FORCEINLINE_FUNCTION auto
 depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
@@ -161,8 +161,9 @@ depositStress( const NodeAccess& nodes, const Grid<Dim>& grid,
     for ( int a = 0; a < Dim; ++a )
         terms.value[a] = volume_pressure * ( 1 / grid.cellVolume() );
     terms.value[Dim] = mixed;
-    return addProducts( nodes, p, s, layout,
-                        FaceWeights<Basis, Dim, Number>( grid, s ).w, terms );
+    return addProductsLater( nodes, p, s, layout,
+                             FaceWeights<Basis, Dim, Number>( grid, s ).w,
+                             terms );
 }
 
 /*!
