@@ -26,13 +26,13 @@ void depositConduction( const State<Dim>& state, const Sums& sums )
         "Machpoint::conductedHeat", state, sums,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
                           const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
-            const Lanes mass = load( m, p );
-            const Lanes heat = mass * load( e, p );
             const Lanes part = load( share, p );
-            return addProductsLater(
-                nodes, p, s, layout, s.w,
-                Products<ValueTerms<4>, Dim, Lanes>{
-                    { mass, heat, part * mass, part * heat }, {} } );
+            Products<ValueTerms<4>, Dim, Lanes> terms;
+            terms.value[0] = load( m, p );
+            terms.value[1] = terms.value[0] * load( e, p );
+            terms.value[2] = part * terms.value[0];
+            terms.value[3] = part * terms.value[1];
+            return addProductsLater( nodes, p, s, layout, s.w, terms );
         } );
 }
 

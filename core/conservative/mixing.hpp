@@ -166,13 +166,13 @@ void depositCellPressure( const State<Dim>& state, const Sums& sums )
         "Machpoint::cellPressure", state, sums,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
                           const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
-            const Lanes V = load( of.V, p );
             const Lanes c = load( of.c, p );
-            return addProductsLater(
-                cells, p, onCells( grid, s ), layout, s.w,
-                Products<ValueTerms<3>, Dim, Lanes>{
-                    { V, V * load( of.pressure, p ), load( of.m, p ) * c * c },
-                    {} } );
+            Products<ValueTerms<3>, Dim, Lanes> terms;
+            terms.value[0] = load( of.V, p );
+            terms.value[1] = terms.value[0] * load( of.pressure, p );
+            terms.value[2] = load( of.m, p ) * c * c;
+            return addProductsLater( cells, p, onCells( grid, s ), layout, s.w,
+                                     terms );
         } );
 }
 
@@ -291,12 +291,11 @@ void depositHeat( const State<Dim>& state, const Sums& sums )
                 return;
             const Stencil<Basis, Dim, Lanes> s( grid, layout,
                                                 loadVector<Dim>( x, p ) );
-            const auto nodes = accessTo( sums.thread(), p, s, layout );
-            const Lanes mass = load( m, p ) * part;
-            const Lanes heat = mass * load( e, p );
-            addProducts(
-                nodes, p, s, layout, s.w,
-                Products<ValueTerms<2>, Dim, Lanes>{ { mass, heat }, {} } );
+            Products<ValueTerms<2>, Dim, Lanes> terms;
+            terms.value[0] = load( m, p ) * part;
+            terms.value[1] = terms.value[0] * load( e, p );
+            addProducts( accessTo( sums.thread(), p, s, layout ), p, s, layout,
+                         s.w, terms );
         } );
 }
 
