@@ -456,81 +456,6 @@ struct RoundedTerms
     }
 };
 
-#ifdef MACHPOINT_HAS_LANES
-namespace Impl
-{
-//! Registers as the compiler knows them.
-using LaneVector __attribute__( ( vector_size( sizeof( Lanes ) ) ) ) = Real;
-using LaneInteger = std::conditional_t<is_single, std::int32_t, std::int64_t>;
-
-//! Numbers that addColumns adds to a node at once; 1: one by one.
-constexpr int rowWidth( const std::size_t columns )
-{
-    const int width = columns < 3   ? static_cast<int>( columns )
-                      : columns < 5 ? 4
-                      : columns < 9 ? 8
-                                    : 1;
-    return lane_count % width == 0 ? width : 1;
-}
-
-//! Swaps blocks of Size numbers off the diagonal of two rows of a matrix.
-template <int Size>
-KOKKOS_FORCEINLINE_FUNCTION void swapBlocks( LaneVector& a, LaneVector& b )
-{
-    [&]<int... L>( std::integer_sequence<int, L...> )
-    {
-        const LaneVector above = __builtin_shufflevector(
-            a, b, ( L & Size ? lane_count + L - Size : L )... );
-        b = __builtin_shufflevector(
-            a, b, ( L & Size ? lane_count + L : L + Size )... );
-        a = above;
-    }
-    ( std::make_integer_sequence<int, lane_count>() );
-}
-
-//! Adds rows of Width numbers, which start with the K values.
-template <int Width, class Access, std::size_t K>
-KOKKOS_FORCEINLINE_FUNCTION void addRows( const Access& nodes, const Pack p,
-                                          const LaneRows& rows, const int first,
-                                          const Lanes ( &values )[K] )
-{
-    LaneVector z[Width] = {};
-    for ( std::size_t k = 0; k < K; ++k )
-        std::memcpy( &z[k], static_cast<const void*>( &values[k] ),
-                     sizeof( Lanes ) );
-    for ( int r = 0; r < Width; r += 2 )
-        swapBlocks<1>( z[r], z[r + 1] );
-    if constexpr ( Width > 2 )
-        for ( int r = 0; r < Width; ++r )
-            if ( !( r & 2 ) )
-                swapBlocks<2>( z[r], z[r + 2] );
-    if constexpr ( Width == 8 )
-        for ( int r = 0; r < 4; ++r )
-            swapBlocks<4>( z[r], z[r + 4] );
-    // z[r] now has the rows of particles r, r + Width, ...
-    using Row __attribute__( ( vector_size( Width * sizeof( Real ) ) ) ) = Real;
-    auto add = [&]( const int l )
-    {
-        Real* const node = nodes.row( rows.row[l] + rows.shift ) + first;
-        Row part, sum;
-        std::memcpy( &part,
-                     reinterpret_cast<const Real*>( &z[l % Width] ) +
-                         l / Width * Width,
-                     sizeof( Row ) );
-        std::memcpy( &sum, node, sizeof( Row ) );
-        sum += part;
-        std::memcpy( node, &sum, sizeof( Row ) );
-    };
-    if ( p.count == lane_count )
-        for ( int l = 0; l < lane_count; ++l )
-            add( l );
-    else
-        for ( int l = 0; l < p.count; ++l )
-            add( l );
-}
-} // namespace Impl
-#endif
-
 //! Adds values[k] of a particle to columns first + k of a node.
 template <class Access, std::size_t K>
 KOKKOS_FORCEINLINE_FUNCTION void addColumns( const Access& nodes, const int,
@@ -557,25 +482,13 @@ KOKKOS_FORCEINLINE_FUNCTION void addColumns( const Access& nodes, const Pack,
     addColumns( nodes, 0, row, first, values );
 }
 #else
-/*!
-  \brief The same for every particle of a pack.
-
-  Particle after particle, as neighbours add to the same nodes. Where the values
-  fill registers, they are turned from one register a column into one register
-  (or half of one) a particle, which then adds all its columns at once. That
-  adds zeros to columns behind: see paddedColumns.
-*/
+//! The same for every particle of a pack, one after the other, as neighbours
+//! add to the same nodes.
 template <class Access, std::size_t K>
 KOKKOS_FORCEINLINE_FUNCTION void
 addColumns( const Access& nodes, const Pack p, const LaneRows& rows,
             const int first, const Lanes ( &values )[K] )
 {
-    if constexpr ( std::is_same_v<Access, NodeScatter::Access> )
-        if constexpr ( Impl::rowWidth( K ) > 1 )
-        {
-            Impl::addRows<Impl::rowWidth( K )>( nodes, p, rows, first, values );
-            return;
-        }
     for ( std::size_t k = 0; k < K; ++k )
     {
         Real terms[lane_count];
@@ -606,8 +519,8 @@ addLine( const Access& nodes, const Particle p, const Base& base,
                         first, values[i] );
 }
 
-//! Columns of a field that addColumns adds to, at least `columns`: rows of
-//! whole registers.
+//! Columns of a field that addProducts adds to, at least `columns`: rows of
+//! whole registers, as it adds zeros behind them.
 constexpr int paddedColumns( const int columns )
 {
     return lane_count == 1 || columns < 3 ? columns : ( columns + 3 ) / 4 * 4;

@@ -95,6 +95,16 @@ struct FaceWeights
 namespace Impl
 {
 
+//! An integer as long as a Real.
+using LaneInteger = std::conditional_t<is_single, std::int32_t, std::int64_t>;
+
+//! Places of a register for so many columns.
+constexpr int rowWidth( const int columns )
+{
+    const int width = columns < 3 ? 2 : columns < 5 ? 4 : 8;
+    return std::min( width, lane_count );
+}
+
 //! A row of a field of nodes in one register, a column in each place, and masks
 //! of places. (One by one, as GCC 12 takes a register whose size depends on a
 //! parameter for a number.)
@@ -512,8 +522,8 @@ rowsOf( const NodeScatter::Access& nodes, const Pack p,
 {
     const auto& part = partOf<First>( terms );
     using Part = std::remove_cvref_t<decltype( part )>;
-    using Rows = ProductRows<rowWidth( std::max( Part::width, 2 ) ),
-                             typename Part::terms_type, Basis, Dim>;
+    using Rows = ProductRows<rowWidth( Part::width ), typename Part::terms_type,
+                             Basis, Dim>;
     if constexpr ( First + most_terms < Terms::count )
     {
         using Others = decltype( rowsOf<First + most_terms>(
