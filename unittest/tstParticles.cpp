@@ -332,6 +332,15 @@ TEST( LargePages, areAskedForForWhatIsLargeAndKept )
                std::string::npos );
 }
 
+#ifdef MACHPOINT_BACKEND_SERIAL
+// Kokkos that knows threads, too, would keep some that spin beside the run: the
+// tests ask for two (OMP_NUM_THREADS).
+TEST( KokkosSession, runsOnOneThread )
+{
+    EXPECT_EQ( Kokkos::DefaultHostExecutionSpace().concurrency(), 1 );
+}
+#endif
+
 // Everything in the lists can be found by name, once.
 TEST( Registry, namesAreUniqueAndDeclared )
 {
