@@ -8,13 +8,14 @@
 #define MACHPOINT_METHOD_CONSERVATIVE_HPP
 
 #include <core/conservative/conduction.hpp>
+#include <core/conservative/deposit.hpp>
 #include <core/conservative/drift.hpp>
 #include <core/conservative/faces.hpp>
 #include <core/conservative/gather.hpp>
 #include <core/conservative/mixing.hpp>
 #include <core/conservative/parts.hpp>
+#include <core/conservative/pressure.hpp>
 #include <core/conservative/resolution.hpp>
-#include <core/conservative/stress.hpp>
 #include <core/method_defaults.hpp>
 #include <core/profile.hpp>
 
@@ -41,7 +42,7 @@ struct Conservative : MethodDefaults
     static constexpr bool needs_outer_moments = true;
 
     template <int Dim>
-    static constexpr int moment_columns = 1 + 3 * Dim;
+    static constexpr int moment_columns = 2 + 4 * Dim;
     template <int Dim>
     static constexpr int force_column = Impl::force_column<Dim>;
     template <int Dim>
@@ -68,18 +69,20 @@ struct Conservative : MethodDefaults
     struct Storage
     {
         ConservativeParts parts;
-        NodeView faces, inverse_filling;
-        NodeSum stress;
+        NodeView faces;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
         Impl::HalfCellMarks marks; //!< scratch of merging
-        NodeSum means;             //!< scratch of pressure relaxation
+        NodeSum heat;  //!< scratch of the exchanges of heat and volume
+        NodeSum means; //!< scratch of pressure relaxation
 
         Storage( State<Dim>& state, const Json& input )
             : parts( input.at( "method" ) )
         {
             state.rates = &state.particles.template addSidecar<RateMembers>(
                 "Machpoint::rates", DuringStep::renews );
+            state.flow = &state.particles.template addSidecar<FlowMembers>(
+                "Machpoint::flow", DuringStep::changes );
             if ( parts.midpoint )
             {
                 const Profile::Effect effect( "midpoint" );
@@ -103,12 +106,12 @@ struct Conservative : MethodDefaults
             const int total = state.layout.total;
             faces =
                 NodeView( "Machpoint::faces", total, Impl::face_columns * Dim );
-            inverse_filling =
-                NodeView( "Machpoint::inverseFilling", total, Dim );
-            // The exchanges of heat and volume use it as scratch.
-            stress = makeNodeSum(
-                "Machpoint::stress", state,
-                parts.heat_conduction > 0 ? std::max( Dim + 1, 4 ) : Dim + 1 );
+            const int columns = parts.heat_conduction > 0       ? 4
+                                : parts.pressure_relaxation > 0 ? Dim + 1
+                                : parts.heat_mixing > 0         ? 2
+                                                                : 0;
+            if ( columns > 0 )
+                heat = makeNodeSum( "Machpoint::exchange", state, columns );
             if ( parts.merge_volume > 0 )
             {
                 const Profile::Effect effect( "merging" );
@@ -134,19 +137,18 @@ struct Conservative : MethodDefaults
         {
             const Profile::Effect effect( "pressure relaxation" );
             gas.particleState( state );
-            Impl::relaxPressure<Basis, Dim>( state, storage.means,
-                                             storage.stress,
+            Impl::relaxPressure<Basis, Dim>( state, storage.means, storage.heat,
                                              parts.pressure_relaxation );
         }
         if ( parts.heat_mixing > 0 && state.step > 0 )
         {
             const Profile::Effect effect( "heat mixing" );
-            Impl::mixHeat<Basis, Dim>( state, storage.stress );
+            Impl::mixHeat<Basis, Dim>( state, parts.heat_mixing, storage.heat );
         }
         if ( parts.conductsHeat( state.step ) )
         {
             const Profile::Effect effect( "heat conduction" );
-            Impl::conductHeat<Basis, Dim>( state, storage.stress );
+            Impl::conductHeat<Basis, Dim>( state, storage.heat );
         }
         if ( parts.merge_volume > 0 && state.step % parts.merge_every == 0 )
         {
@@ -174,68 +176,30 @@ struct Conservative : MethodDefaults
         Impl::driftParticles<Basis>( state, *storage.drift );
     }
 
-    //! Sections 1 and 2: mass, momentum and volume.
+    //! Sections 1 to 4: mass, momentum, volume, and the pressure on faces.
     template <class Basis, int Dim>
-    static void particlesToGrid( State<Dim>& state )
-    {
-        state.nodes.moment_sum.deposit(
-            [&]( const auto& sums )
-            { Impl::depositParticles<Basis>( state, sums ); } );
-    }
-
-    //! Sections 3 and 4: rates, viscosity, pressure on faces.
-    template <class Basis, int Dim>
-    static void stressForce( State<Dim>& state, Storage<Dim>& storage,
-                             const EquationOfState<Dim>& gas )
+    static void particlesToGrid( State<Dim>& state, Storage<Dim>& storage,
+                                 const EquationOfState<Dim>& gas )
     {
         const auto& parts = storage.parts;
-        const auto& faces = storage.faces;
-        state.halo.fillSides( state.nodes.velocities,
-                              vectorComponents<Dim, 1>( Parity::velocity ) );
-        if ( parts.viscosity_limiter )
-        {
-            {
-                // Measures the faces in passing, which goes on its account.
-                const Profile::Effect effect( "viscosity limiter" );
-                Impl::measureFaces<true>( state, faces, storage.inverse_filling,
-                                          parts.least_filling );
-            }
-            state.halo.fillSides( faces, Impl::allFaceComponents<Dim>() );
-        }
-        else
-            Impl::measureFaces<false>( state, faces, storage.inverse_filling,
-                                       parts.least_filling );
         const Impl::WorkingGas working{
             state.viscosity, gas.response(),
             parts.midpoint ? 0.5_rt * static_cast<Real>( state.dt ) : 0.0_rt,
-            parts.blend_in_compression * state.grid.minSpacing(),
-            parts.heat_mixing > 0 || state.images.count > 0 };
-        storage.stress.deposit(
-            [&]( const auto& sums )
-            {
-                if ( parts.viscosity_limiter )
-                    Impl::depositStress<true, Basis>( state, faces, working,
-                                                      storage.drift, sums );
-                else
-                    Impl::depositStress<false, Basis>( state, faces, working,
-                                                       storage.drift, sums );
+            state.grid.minSpacing(), parts.blend_in_compression };
+        state.nodes.moment_sum.deposit(
+            [&]( const auto& sums ) {
+                Impl::depositParticles<Basis>( state, working, storage.drift,
+                                               sums );
             } );
     }
 
-    //! Section 4: force of the pressure, new velocity and blend.
+    //! Section 3: force of the pressure, new velocity and blend.
     template <int Dim>
     static void advanceGridVelocity( const State<Dim>& state,
                                      Storage<Dim>& storage )
     {
         const auto& parts = storage.parts;
-        auto& stress = storage.stress;
-        stress.foldAndFill( state.halo, stressComponents<Dim>(),
-                            [&]( const NodeRows& rows )
-                            {
-                                Impl::applyPressure(
-                                    state, rows, storage.inverse_filling,
-                                    stress.field(), parts.blend );
-                            } );
+        Impl::applyPressure( state, parts.least_filling, parts.blend );
     }
 
     //! Sections 5 to 7.
@@ -246,17 +210,34 @@ struct Conservative : MethodDefaults
         const auto& parts = storage.parts;
         state.halo.fillSides( state.nodes.velocities,
                               velocityComponents<Dim>() );
-        Impl::measureMotion( state, storage.faces, storage.inverse_filling );
+        const bool rearranges =
+            parts.volume_relaxation > 0 || parts.particle_shifting > 0;
+        if ( parts.viscosity_limiter )
+        {
+            {
+                // Measures the motion in passing, which goes on its account.
+                const Profile::Effect effect( "viscosity limiter" );
+                Impl::measureMotion<true>( state, storage.faces,
+                                           parts.least_filling );
+            }
+            state.halo.fillSides( storage.faces,
+                                  Impl::allFaceComponents<Dim>() );
+        }
+        else
+            Impl::measureMotion<false>( state, storage.faces,
+                                        parts.least_filling );
         // Images read what their particles were.
         if ( state.images.count > 0 )
             state.ledger.energy_in +=
                 Impl::workOfImages<Basis>( state, storage.faces );
-        if ( parts.volume_relaxation > 0 || parts.particle_shifting > 0 )
-            Impl::gatherParticles<Basis, true>( state, storage.faces, parts,
-                                                storage.drift );
+        if ( rearranges && parts.viscosity_limiter )
+            gather<Basis, true, true>( state, storage );
+        else if ( rearranges )
+            gather<Basis, true, false>( state, storage );
+        else if ( parts.viscosity_limiter )
+            gather<Basis, false, true>( state, storage );
         else
-            Impl::gatherParticles<Basis, false>( state, storage.faces, parts,
-                                                 storage.drift );
+            gather<Basis, false, false>( state, storage );
     }
 
     //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:
@@ -269,14 +250,11 @@ struct Conservative : MethodDefaults
     }
 
   private:
-    //! Pressure on faces, and the blend on nodes.
-    template <int Dim>
-    static NodeComponents<Dim + 1> stressComponents()
+    template <class Basis, bool Rearranges, bool Limited, int Dim>
+    static void gather( const State<Dim>& state, const Storage<Dim>& storage )
     {
-        NodeComponents<Dim + 1> list{};
-        for ( int a = 0; a < Dim; ++a )
-            list[a] = faceComponents<Dim>()[a];
-        return list;
+        Impl::gatherParticles<Basis, Rearranges, Limited>(
+            state, storage.faces, storage.parts, storage.drift );
     }
 };
 

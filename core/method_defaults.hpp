@@ -65,12 +65,6 @@ struct MethodDefaults
         return vectorComponents<Dim, 2>( Parity::velocity );
     }
 
-    //! Between line 4 and line 5: what a force needs of the grid velocity.
-    template <class Basis, int Dim, class StorageType>
-    static void stressForce( State<Dim>&, StorageType&, EquationOfState<Dim>& )
-    {
-    }
-
     //! Line 5: node velocities after the step.
     template <int Dim, class StorageType>
     static void advanceGridVelocity( const State<Dim>& state, StorageType& )

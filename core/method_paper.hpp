@@ -171,7 +171,8 @@ struct Paper : MethodDefaults
 
     //! Lines 2 to 4.
     template <class Basis, int Dim>
-    static void particlesToGrid( State<Dim>& state )
+    static void particlesToGrid( State<Dim>& state, Storage<Dim>&,
+                                 const EquationOfState<Dim>& )
     {
         state.nodes.moment_sum.deposit(
             [&]( const auto& sums )

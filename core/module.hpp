@@ -50,6 +50,19 @@ struct Viscosity
     bool acts = false;
     Real linear = 0;    //!< c1
     Real quadratic = 0; //!< c2
+
+    //! phi (c1 c + c2 h |D|) of compressed gas, 0 elsewhere, length/time.
+    //! \param divergence D, 1/time \param limiter phi \param sound c
+    KOKKOS_FORCEINLINE_FUNCTION Lanes speed( const Lanes& divergence,
+                                             const Lanes& limiter,
+                                             const Lanes& sound,
+                                             const Real h ) const
+    {
+        const Lanes zero( 0.0 );
+        const Lanes hD = h * divergence;
+        return choose( hD < zero, limiter * ( linear * sound - quadratic * hD ),
+                       zero );
+    }
 };
 
 /*!
@@ -83,10 +96,13 @@ struct State
     Particles<Dim> particles;
     Nodes<Dim> nodes;
     Images<Dim> images; //!< of the particles near curved walls, this step
-    //! Rates of the grid velocity at the particles; null where the method
-    //! knows only the gradient that a particle carries.
+    //! \name Null where the method knows only the gradient that a particle
+    //! carries
+    //! @{
     Sidecar<RateMembers>* rates = nullptr;
-    Viscosity viscosity; //!< that the method adds where it has rates
+    Sidecar<FlowMembers>* flow = nullptr;
+    //! @}
+    Viscosity viscosity; //!< that the method adds
     GasSurvey survey;    //!< of the last particleState
     //! Particles that the step may have moved out of this rank's box, and
     //! those that a module moves or marks besides. Before the step: scratch.
@@ -109,16 +125,33 @@ struct State
     std::int64_t next_id = std::int64_t( 1 ) << 60;
 };
 
+namespace Impl
+{
+//! A member of a sidecar; of none, a slice of no memory.
+template <std::size_t Member, class Members>
+auto sliceOf( Sidecar<Members>* sidecar )
+{
+    using aosoa_type = typename Sidecar<Members>::aosoa_type;
+    typename aosoa_type::template member_slice_type<Member> slice;
+    if ( sidecar )
+        slice = Cabana::slice<Member>( sidecar->data() );
+    return slice;
+}
+} // namespace Impl
+
 //! A member of the method's rates; with a method that has none, a slice of no
 //! memory.
 template <std::size_t Member, int Dim>
 auto sliceOfRates( const State<Dim>& state )
 {
-    using aosoa_type = Sidecar<RateMembers>::aosoa_type;
-    typename aosoa_type::template member_slice_type<Member> slice;
-    if ( state.rates )
-        slice = Cabana::slice<Member>( state.rates->data() );
-    return slice;
+    return Impl::sliceOf<Member>( state.rates );
+}
+
+//! Likewise of the flow.
+template <std::size_t Member, int Dim>
+auto sliceOfFlow( const State<Dim>& state )
+{
+    return Impl::sliceOf<Member>( state.flow );
 }
 
 //! A field that particles add to. \param columns of it; it may have more

@@ -562,26 +562,27 @@ class Sidecar : public SidecarBase
     aosoa_type _spare; // the other state
 };
 
-//! What a method that forms the grid's divergence anew tells the effects of
-//! it, one entry per particle; zero for a particle that has just entered.
-using RateMembers = Cabana::MemberTypes<Real, Real, Real, Real>;
+//! What a step of a method with viscosity of its own tells the effects, one
+//! entry per particle; zero for a particle that has just entered.
+using RateMembers = Cabana::MemberTypes<Real, Real>;
 
 //! Names of the members of the rates.
 enum RateMember : std::size_t
 {
     WorkingPressure, //!< p + q, of the half step where the integrator has one
-    ViscousSpeed,    //!< phi (c1 c + c2 h |D|), length/time
-    //! \name Where what follows the stress asks for them
-    //! @{
-    Divergence, //!< D = div v(x_p) of the grid velocity, 1/time
-    Limiter,    //!< phi in [0, 1]: 0 where the flow is smooth
-    //! @}
-    //! \name From G2P to the next step: part in [0, 1] of its heat that the
-    //! particle exchanges
-    //! @{
-    ConductedHeat = Divergence,
-    MixedHeat = Limiter
-    //! @}
+    ConductedHeat    //!< from G2P to the next step: part in [0, 1] of its heat
+                     //!< that the particle exchanges
+};
+
+//! What the grid's new velocity looked like where the last step left the
+//! particle; zero for one that has just entered.
+using FlowMembers = Cabana::MemberTypes<Real, Real>;
+
+//! Names of the members of the flow.
+enum FlowMember : std::size_t
+{
+    Divergence, //!< D = div v'(x_p), 1/time
+    Limiter     //!< phi in [0, 1]: 0 where the flow is smooth
 };
 
 //! Particles and their copies that take more are not in the cache any more

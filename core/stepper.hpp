@@ -272,7 +272,8 @@ class Stepper : public Simulation
         each( "images", &Module<Dim>::mirrorParticles );
         {
             Profile::Phase phase( "P2G" );
-            Method::template particlesToGrid<Basis>( state ); // 2-4
+            Method::template particlesToGrid<Basis>( // 2-4
+                state, _storage, *_scene.gas );
         }
         each( "grid force", &Module<Dim>::keepDeposit );
         {
@@ -289,10 +290,6 @@ class Stepper : public Simulation
         each( "grid force", &Module<Dim>::gridForce );
         // FLIP takes up only v' - v, so there v alone gives no impulse.
         constrain( { state.nodes.velocities, 0, Method::affine } ); // eq. 7
-        {
-            Profile::Phase phase( "stress" );
-            Method::template stressForce<Basis>( state, _storage, *_scene.gas );
-        }
         {
             Profile::Phase phase( "grid" );
             Method::advanceGridVelocity( state, _storage ); // 5

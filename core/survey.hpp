@@ -31,7 +31,7 @@ struct Extrema
 struct GasSurvey
 {
     Real fastest = 0; //!< max of c + |v|
-    //! max of c + 2 ViscousSpeed, where State::viscosity acts.
+    //! max of c + 2 Viscosity::speed, where that acts.
     Real fastest_viscous = 0;
     Extrema extrema;
     int broken = -1; //!< a particle with a non-finite value or no volume
@@ -76,7 +76,7 @@ class LaneSurvey
                     _broken = p.first + l;
     }
 
-    //! \param speed c + 2 ViscousSpeed of a pack
+    //! \param speed c + 2 Viscosity::speed of a pack
     KOKKOS_FORCEINLINE_FUNCTION void lookAtViscosity( const Pack p,
                                                       const Lanes& speed )
     {

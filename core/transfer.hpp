@@ -108,7 +108,7 @@ struct StencilTurns
 inline constexpr int block_packs = lane_count > 1 ? 64 : 1;
 
 template <class Between, class Basis, int Dim, class Positions, class Sums,
-          class Gather, class Act, class Deposit>
+          class Act, class Deposit>
 struct BlockTurns
 {
     Positions x;
@@ -116,7 +116,6 @@ struct BlockTurns
     NodeLayout<Dim> layout;
     int n;
     Sums sums;
-    Gather gather;
     Act act;
     Deposit deposit;
 
@@ -126,16 +125,10 @@ struct BlockTurns
         Own<Positions> own_x = x;
         Own<Grid<Dim>> own_grid = grid;
         Own<NodeLayout<Dim>> own_layout = layout;
-        Own<Gather> own_gather = gather;
         Own<Act> own_act = act;
         Own<Deposit> own_deposit = deposit;
         const int all = n;
         const auto thread = sums.thread();
-        auto stencilOf = [&]( const Pack p ) MACHPOINT_INLINE
-        {
-            return Stencil<Basis, Dim, Lanes>( own_grid, own_layout,
-                                               loadVector<Dim>( own_x, p ) );
-        };
         Between values[block_packs];
         for ( int begin = first; begin < last; begin += block_packs )
         {
@@ -144,16 +137,12 @@ struct BlockTurns
             auto valueOf = [&]( const int k ) MACHPOINT_INLINE -> Between&
             { return values[block_packs > 1 ? k - begin : 0]; };
             for ( int k = begin; k < end; ++k )
-            {
-                const Pack p = Pack::of( k, all );
-                own_gather( p, stencilOf( p ), valueOf( k ) );
-            }
-            for ( int k = begin; k < end; ++k )
                 own_act( Pack::of( k, all ), valueOf( k ) );
             auto turn = [&]( const int k ) MACHPOINT_INLINE
             {
                 const Pack p = Pack::of( k, all );
-                const auto s = stencilOf( p );
+                const Stencil<Basis, Dim, Lanes> s(
+                    own_grid, own_layout, loadVector<Dim>( own_x, p ) );
                 return own_deposit( p, s, accessTo( thread, p, s, own_layout ),
                                     valueOf( k ) );
             };
@@ -201,29 +190,28 @@ void forEachDeposit( const char* label, const State<Dim>& state,
 }
 
 /*!
-  \brief Calls gather( p, s, between ), act( p, between ) and
-  deposit( p, s, nodes, between ) for the packs of particles: a pass that
-  gathers, thinks and deposits, the last as the body of forEachDeposit does.
+  \brief Calls act( p, between ) and deposit( p, s, nodes, between ) for the
+  packs of particles: a pass that thinks and deposits, the latter as the body of
+  forEachDeposit does.
 
   A block of packs goes through one part after the other, and what they hand on
   stays in the cache. Pack by pack the long chain of operations in `act` would
-  stand between two parts that keep the processor busy, with too much around it
-  for the chains of neighbours to overlap (docs/performance.md).
+  stand ahead of what keeps the processor busy, with too much around it for the
+  chains of neighbours to overlap (docs/performance_tried.md).
   \tparam Between what the parts hand on \param sums the scatter of the field
 */
-template <class Between, class Basis, int Dim, class Sums, class Gather,
-          class Act, class Deposit>
+template <class Between, class Basis, int Dim, class Sums, class Act,
+          class Deposit>
 void forEachBlock( const char* label, const State<Dim>& state, const Sums& sums,
-                   const Gather& gather, const Act& act,
-                   const Deposit& deposit )
+                   const Act& act, const Deposit& deposit )
 {
     const auto x = state.particles.template slice<Position>();
     const int n = state.particles.size();
     forEachShare<Impl::stencil_blocks<Dim, Sums>>(
         label, countPacks( n ),
-        Impl::BlockTurns<Between, Basis, Dim, decltype( x ), Sums, Gather, Act,
-                         Deposit>{ x, state.grid, state.layout, n, sums, gather,
-                                   act, deposit } );
+        Impl::BlockTurns<Between, Basis, Dim, decltype( x ), Sums, Act,
+                         Deposit>{ x, state.grid, state.layout, n, sums, act,
+                                   deposit } );
 }
 
 //! Velocity v + C dx of an affine field at a distance dx.

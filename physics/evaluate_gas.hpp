@@ -32,8 +32,10 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto pressure = state.particles.template slice<Pressure>();
     const auto sound_speed = state.particles.template slice<SoundSpeed>();
-    const auto viscous = sliceOfRates<ViscousSpeed>( state );
-    const bool is_viscous = state.viscosity.acts;
+    const auto divergence = sliceOfFlow<Divergence>( state );
+    const auto limiter = sliceOfFlow<Limiter>( state );
+    const auto viscosity = state.viscosity;
+    const Real h = state.grid.minSpacing();
     const int n = state.particles.size();
     const int count = countPacks( n );
     // Lanes are joined after some packs, as that takes longer than a pack.
@@ -58,8 +60,11 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
                 store( sound_speed, sound, p );
                 const Lanes speed = Kokkos::sqrt( dot<Dim>( u, u ) );
                 seen.look( p, speed, sound, volume, density, energy );
-                if ( is_viscous )
-                    seen.lookAtViscosity( p, sound + 2 * load( viscous, p ) );
+                if ( viscosity.acts )
+                    seen.lookAtViscosity(
+                        p, sound + 2 * viscosity.speed( load( divergence, p ),
+                                                        load( limiter, p ),
+                                                        sound, h ) );
             }
             sum += seen.result();
         },

@@ -32,13 +32,17 @@ struct Gathered
     Number filling{ 0.0 };            //!< sum over axes and faces of
                                       //!< w (theta - 1)
     VectorOf<Dim, Number> crowding{}; //!< h times the gradient of theta
+    Number divergence{ 0.0 };         //!< D of v'
+    Number rough{ 0.0 };              //!< sum over axes and faces of
+                                      //!< w (1 - psi) max(-d, 0)
 
     /*!
       phi_i = u_i + beta_i (v_i - u_i) + v'_i - v_i
             = v'_i - (1 - beta_i) (v_i - u_i), u_i = v + C (x_i - x).
       \tparam Rearranges are filling and crowding asked for?
+      \tparam Limited is rough?
     */
-    template <bool Rearranges>
+    template <bool Rearranges, bool Limited>
     KOKKOS_FORCEINLINE_FUNCTION void
     gather( const Grid<Dim>& grid, const NodeLayout<Dim>& layout,
             const Stencil<Basis, Dim, Number>& s, const NodeView& velocities,
@@ -91,19 +95,22 @@ struct Gathered
                             line.fit[b] * ( b == 0 ? fits[a] : steps[a] );
                 }
             } );
-        forEachFace(
-            s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
-            [&]( const auto& f ) MACHPOINT_INLINE
-            {
-                Number face[Rearranges ? Excess + 1 : MeanNormalised + 1];
-                loadRow( faces, f.row, face, face_columns * f.axis );
-                expansion += f.weight * face[MeanNormalised];
-                if constexpr ( Rearranges )
-                {
-                    filling += f.weight * face[Excess];
-                    crowding[f.axis] += f.slope * face[Excess];
-                }
-            } );
+        forEachFace( s, HalfwayWeights<Basis, Dim, Number>( grid, s ), layout,
+                     [&]( const auto& f ) MACHPOINT_INLINE
+                     {
+                         Number face[Rearranges || Limited ? face_columns
+                                                           : Difference + 1];
+                         loadRow( faces, f.row, face, face_columns * f.axis );
+                         expansion += f.weight * face[MeanNormalised];
+                         divergence += f.weight * face[Difference];
+                         if constexpr ( Rearranges )
+                         {
+                             filling += f.weight * face[Excess];
+                             crowding[f.axis] += f.slope * face[Excess];
+                         }
+                         if constexpr ( Limited )
+                             rough += f.weight * face[Rough];
+                     } );
         for ( int a = 0; a < Dim; ++a )
         {
             ahead[a] += v[a];
@@ -156,45 +163,51 @@ shearOf( const VectorOf<Dim, Number> ( &C )[Dim] )
 }
 
 /*!
-  \brief Parts of its heat that a particle exchanges with its surroundings
-  before the next step (docs/conservative.md, section 8): of mixing phi min(1,
-  ck dt max(-D, 0)), of conduction min(1, kc n shear loss / e), where n steps
-  lie from one to the next. Parts that no sum would feel are none, as they could
-  underflow, and so is the conduction of smooth flow.
+  \brief How far from smooth the flow is, phi = min(R, |D|) /
+  (|D| + |curl C| + 1e-4 c/h), R = sum w (1 - psi) max(-d, 0)
+  (Balsara 1995 and Christensen 1990); 1 without sound.
+  \param divergence D, 1/time \param rough R, 1/time
+  \param C the new one, 1/time
 */
-template <int Dim, class Gradient, class Slice>
-struct HeatShares
+template <int Dim>
+KOKKOS_FORCEINLINE_FUNCTION Lanes limiterOf(
+    const Lanes& divergence, const Lanes& rough,
+    const VectorOf<Dim, Lanes> ( &C )[Dim], const Lanes& sound, const Real h )
 {
-    Real mixing;     //!< ck dt
-    Real conduction; //!< kc n, 0 where the next step conducts nothing
-    Gradient C;
-    Slice divergence; //!< becomes the part of conduction
-    Slice limiter;    //!< becomes that of mixing
+    const Lanes zero( 0.0 );
+    Lanes squares = zero; // |curl C|^2
+    for ( int a = 0; a < Dim; ++a )
+        for ( int b = a + 1; b < Dim; ++b )
+        {
+            const Lanes spin = C[a][b] - C[b][a];
+            squares += spin * spin;
+        }
+    const Lanes speed = Kokkos::abs( divergence );
+    const Lanes whole =
+        speed + Kokkos::sqrt( squares ) + ( 1e-4_rt / h ) * sound;
+    return choose( zero < sound, Lanes( Kokkos::min( speed, rough ) / whole ),
+                   Lanes( 1.0 ) );
+}
 
-    //! \param loss heat of friction \param e what the particle had
-    KOKKOS_FORCEINLINE_FUNCTION void note( const Pack p, const Lanes& loss,
-                                           const Lanes& e ) const
-    {
-        const Lanes zero( 0.0 );
-        const Lanes one( 1.0 );
-        if ( mixing > 0 )
-        {
-            const Lanes closing =
-                mixing * Kokkos::max( Lanes( -load( divergence, p ) ), zero );
-            const Lanes part = load( limiter, p ) * Kokkos::min( closing, one );
-            store( limiter, choose( Lanes( 1e-12 ) < part, part, zero ), p );
-        }
-        if ( conduction > 0 )
-        {
-            VectorOf<Dim, Lanes> affine[Dim];
-            loadMatrix<Dim>( C, p, affine );
-            const Lanes friction = shearOf<Dim>( affine ) * loss / e;
-            const Lanes part = Kokkos::min( conduction * friction, one );
-            store( divergence, choose( Lanes( 2e-5 ) < friction, part, zero ),
-                   p );
-        }
-    }
-};
+/*!
+  \brief Part of its heat that a particle exchanges by conduction before the
+  next step (docs/conservative.md, section 8): min(1, kc n shear loss / e),
+  where n steps lie from one to the next. A part that no sum would feel is none,
+  as it could underflow, and so is that of smooth flow.
+  \param strength kc n \param loss heat of friction
+  \param e what the particle had
+*/
+template <int Dim>
+KOKKOS_FORCEINLINE_FUNCTION Lanes
+conductedHeat( const Real strength, const VectorOf<Dim, Lanes> ( &C )[Dim],
+               const Lanes& loss, const Lanes& e )
+{
+    const Lanes friction = shearOf<Dim>( C ) * loss / e;
+    return choose(
+        Lanes( 2e-5 ) < friction,
+        Lanes( Kokkos::min( Lanes( strength * friction ), Lanes( 1.0 ) ) ),
+        Lanes( 0.0 ) );
+}
 
 /*!
   \brief G2P of `conservative`.
@@ -209,30 +222,31 @@ struct HeatShares
 
   Where Rearranges: V' *= 1 - clip(kd dt relaxationRate, -.25, .25), and the
   velocity of motion loses ks c clip(g, -.5, .5) with g = h grad theta. Uniform
-  motion knows neither. \param[out] state.rates MixedHeat and ConductedHeat, if
-  parts ask for them
+  motion knows neither. \tparam Limited has the viscosity a limiter?
   \param drift of the integrator midpoint, else null
+  \param[out] state.flow, and state.rates ConductedHeat where the next step
+  asks for it
 */
-template <class Basis, bool Rearranges, int Dim>
+template <class Basis, bool Rearranges, bool Limited, int Dim>
 void gatherParticles( const State<Dim>& state, const NodeView& faces,
                       const ConservativeParts& parts,
                       Sidecar<DriftMembers<Dim>>* drift )
 {
-    using drift_type = typename Sidecar<DriftMembers<Dim>>::aosoa_type;
     const bool midpoint = drift != nullptr;
-    Written<typename drift_type::template member_slice_type<ExtraVelocity>>
-        next_extra;
-    typename drift_type::template member_slice_type<LastExpansion>
-        last_expansion;
-    Written<decltype( last_expansion )> next_expansion;
+    const auto last_expansion = sliceOf<LastExpansion>( drift );
+    Written<decltype( sliceOf<ExtraVelocity>( drift ) )> next_extra;
+    Written<decltype( sliceOf<LastExpansion>( drift ) )> next_expansion;
     if ( midpoint )
     {
-        last_expansion = Cabana::slice<LastExpansion>( drift->data() );
         next_extra = state.particles.written(
             Cabana::slice<ExtraVelocity>( drift->next() ) );
         next_expansion = state.particles.written(
             Cabana::slice<LastExpansion>( drift->next() ) );
     }
+    const auto next_divergence = state.particles.written(
+        Cabana::slice<Divergence>( state.flow->next() ) );
+    const auto next_limiter =
+        state.particles.written( Cabana::slice<Limiter>( state.flow->next() ) );
     const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto C = state.particles.template slice<VelocityGradient>();
@@ -255,13 +269,10 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const Real returned = parts.loss_return ? 1.0_rt : 0.0_rt;
     const Real kd = parts.volume_relaxation;
     const Real ks = parts.particle_shifting;
-    const auto divergence = sliceOfRates<Divergence>( state );
-    const HeatShares<Dim, decltype( C ), decltype( divergence )> shares{
-        parts.heat_mixing * dt,
-        parts.conductsHeat( state.step + 1 )
-            ? parts.heat_conduction * ConservativeParts::conduct_every
-            : 0,
-        C, divergence, sliceOfRates<MixedHeat>( state ) };
+    const auto conducted = sliceOfRates<ConductedHeat>( state );
+    const bool conducts = parts.conductsHeat( state.step + 1 );
+    const Real conduction =
+        parts.heat_conduction * ConservativeParts::conduct_every;
     forEachStencil<Basis>(
         "Machpoint::gatherParticles", state,
         MACHPOINT_LAMBDA(
@@ -272,8 +283,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             VectorOf<Dim, Lanes> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
             Gathered<Basis, Dim, Lanes> g;
-            g.template gather<Rearranges>( grid, layout, s, velocities, faces,
-                                           old_v, affine );
+            g.template gather<Rearranges, Limited>( grid, layout, s, velocities,
+                                                    faces, old_v, affine );
             const Lanes zero( 0.0 );
             const Lanes sound = load( c, p );
             const Real ahead = midpoint ? 0.5_rt * dt : dt;
@@ -295,6 +306,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             Lanes fitted = zero;   // sum w |C' (x_i - x)|^2
             Lanes carried = zero;  // the same where the particle will be
             Lanes gradient = zero; // |C'|_F^2
+            VectorOf<Dim, Lanes> new_C[Dim];
             for ( int b = 0; b < Dim; ++b )
             {
                 const Real h = grid.spacing[b];
@@ -313,6 +325,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                     const Lanes slope =
                         slopeOfFit<Basis>( g.fit[a][b], grid.inverse[b] );
                     const Lanes kept = slope * factor;
+                    new_C[a][b] = kept;
                     store( next_C, kept, p, a, b );
                     fitted += slope * slope * moment;
                     carried += kept * kept * moment_new;
@@ -322,7 +335,16 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Lanes lost = Kokkos::max( g.squares - fitted, zero );
             const Lanes loss = 0.5_rt * ( returned * lost + fitted - carried );
             const Lanes old_e = load( e, p );
-            shares.note( p, loss, old_e );
+            if ( conducts )
+                store( conducted,
+                       conductedHeat<Dim>( conduction, affine, loss, old_e ),
+                       p );
+            store( next_divergence, g.divergence, p );
+            store( next_limiter,
+                   Limited ? limiterOf<Dim>( g.divergence, g.rough, new_C,
+                                             sound, smallest )
+                           : Lanes( 1.0 ),
+                   p );
             const Lanes old_V = load( V, p );
             const Lanes work =
                 load( pressure, p ) * old_V / load( m, p ) * g.expansion;
@@ -385,8 +407,8 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
             mirrorAffine<Dim>( mirror, affine );
             const auto u = mirror.direction( get<Dim>( v, p ) );
             Gathered<Basis, Dim, Real> g;
-            g.template gather<false>( grid, layout, s, velocities, faces, u,
-                                      affine );
+            g.template gather<false, false>( grid, layout, s, velocities, faces,
+                                             u, affine );
             Real kinetic = g.squares; // |phi|^2 - |u_i|^2, summed
             for ( int a = 0; a < Dim; ++a )
             {

@@ -270,12 +270,34 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
             } );
 }
 
+/*!
+  \brief Part of its heat that a particle exchanges: phi min(1, ck dt
+  max(-D, 0)) of the flow as the last step left it. A part that no sum would
+  feel is none, as it could underflow.
+*/
+template <class Slice>
+struct MixedHeat
+{
+    Real strength; //!< ck dt of the last step
+    Slice divergence, limiter;
+
+    KOKKOS_FORCEINLINE_FUNCTION Lanes of( const Pack p ) const
+    {
+        const Lanes zero( 0.0 );
+        const Lanes closing =
+            strength * Kokkos::max( Lanes( -load( divergence, p ) ), zero );
+        const Lanes part =
+            load( limiter, p ) * Kokkos::min( closing, Lanes( 1.0 ) );
+        return choose( active( p ) && Lanes( 1e-12 ) < part, part, zero );
+    }
+};
+
 //! Adds m eta and m eta e of the particles.
 //! \param sums the scatter of a field [nodes][2]
-template <class Basis, int Dim, class Sums>
-void depositHeat( const State<Dim>& state, const Sums& sums )
+template <class Basis, int Dim, class Share, class Sums>
+void depositHeat( const State<Dim>& state, const Share& share,
+                  const Sums& sums )
 {
-    const auto share = sliceOfRates<MixedHeat>( state );
     const auto x = state.particles.template slice<Position>();
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
@@ -286,7 +308,7 @@ void depositHeat( const State<Dim>& state, const Sums& sums )
         "Machpoint::sharedHeat", n,
         MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const Lanes zero( 0.0 );
-            const Lanes part = choose( active( p ), load( share, p ), zero );
+            const Lanes part = share.of( p );
             if ( !any( zero < part ) )
                 return;
             const Stencil<Basis, Dim, Lanes> s( grid, layout,
@@ -303,28 +325,31 @@ void depositHeat( const State<Dim>& state, const Sums& sums )
   \brief Exchange of heat: e += eta (sum w e_i - e) with e_i = sum m eta w e /
   sum m eta w and eta the particles' MixedHeat. Conserves energy; spreads the
   heat that a shock or a wall leaves in too few particles (after the heat flux
-  of Noh 1987). \param heat [nodes][>= 2] scratch
+  of Noh 1987). \param strength ck \param heat [nodes][>= 2] scratch
 */
 template <class Basis, int Dim>
-void mixHeat( const State<Dim>& state, NodeSum& heat )
+void mixHeat( const State<Dim>& state, const Real strength, NodeSum& heat )
 {
+    const auto divergence = sliceOfFlow<Divergence>( state );
+    const MixedHeat<decltype( divergence )> share{
+        strength * static_cast<Real>( state.dt ), divergence,
+        sliceOfFlow<Limiter>( state ) };
     const auto x = state.particles.template slice<Position>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto share = sliceOfRates<MixedHeat>( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto sums = heat.field();
     const NodeComponents<2> components{};
 
     heat.deposit( [&]( const auto& nodes )
-                  { depositHeat<Basis>( state, nodes ); } );
+                  { depositHeat<Basis>( state, share, nodes ); } );
     heat.foldAndFill( state.halo, components );
     const int n = state.particles.size();
     forEachPack(
         "Machpoint::mixHeat", n,
         MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
             const Lanes zero( 0.0 );
-            const Lanes part = choose( active( p ), load( share, p ), zero );
+            const Lanes part = share.of( p );
             if ( !any( zero < part ) )
                 return;
             const Stencil<Basis, Dim, Lanes> s( grid, layout,

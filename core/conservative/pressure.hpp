@@ -1,0 +1,132 @@
+/*!
+  \file pressure.hpp
+  \brief `conservative`: the pressure that exerts force and does work, and the
+  velocity of nodes that follows from it (docs/conservative.md, sections 1, 3
+  and 4).
+*/
+#ifndef MACHPOINT_CONSERVATIVE_PRESSURE_HPP
+#define MACHPOINT_CONSERVATIVE_PRESSURE_HPP
+
+#include <core/conservative/faces.hpp>
+#include <core/power.hpp>
+
+namespace Machpoint
+{
+namespace Impl
+{
+
+//! How the pressure that exerts force and does work differs from the
+//! particles'.
+struct WorkingGas
+{
+    Viscosity viscosity;
+    PressureResponse response;
+    Real ahead;    //!< time that it is ahead of the particles' state
+    Real spacing;  //!< h
+    Real blending; //!< kb
+
+    //! q = rho phi h |D| (c1 c + c2 h |D|) of compressed gas, 0 elsewhere.
+    KOKKOS_FORCEINLINE_FUNCTION Lanes viscous( const Lanes& divergence,
+                                               const Lanes& limiter,
+                                               const Lanes& density,
+                                               const Lanes& sound ) const
+    {
+        if ( !viscosity.acts )
+            return Lanes( 0.0 );
+        return -spacing * density * divergence *
+               viscosity.speed( divergence, limiter, sound, spacing );
+    }
+
+    /*!
+      \brief p + q after `ahead` of isentropic change, and q's heat:
+      p + K (J^-g - 1) - gruneisen ahead q D / J + q with K = rho c^2 / g and
+      J = max(.2, 1 + ahead (tr C + phi^2 (D - tr C))): in smooth flow what the
+      particle knows of its gradient, in a shock what the faces show. A pressure
+      below vacuum is vacuum's, p - K.
+      \param p, density, sound the particle's at the step's start
+      \param trace tr C
+    */
+    KOKKOS_FORCEINLINE_FUNCTION Lanes pressure( const Lanes& p, const Lanes& q,
+                                                const Lanes& density,
+                                                const Lanes& sound,
+                                                const Lanes& divergence,
+                                                const Lanes& limiter,
+                                                const Lanes& trace ) const
+    {
+        if ( ahead == 0 )
+            return p + q;
+        const Lanes expansion =
+            trace + limiter * limiter * ( divergence - trace );
+        const Lanes J = Kokkos::max( 1 + ahead * expansion, Lanes( 0.2 ) );
+        const Lanes K = density * sound * sound * ( 1 / response.exponent );
+        const Lanes advanced = K * power( J, -response.exponent ) -
+                               response.gruneisen * ahead * q * divergence / J;
+        return Kokkos::max( advanced, Lanes( 0.0 ) ) + ( p - K ) + q;
+    }
+
+    //! kb phi h max(-D, 0) / c, 0 without sound.
+    template <class Number>
+    KOKKOS_FORCEINLINE_FUNCTION Number blend( const Number& divergence,
+                                              const Number& limiter,
+                                              const Number& sound ) const
+    {
+        const Number zero( 0.0 );
+        return choose( zero < sound,
+                       Number( blending * spacing * limiter *
+                               Kokkos::max( Number( -divergence ), zero ) /
+                               sound ),
+                       zero );
+    }
+};
+
+/*!
+  \brief v'_i = v_i + dt f_i / m_i (Algorithm 1, line 5) with the pressure's
+  force f_(i,a) += h^Dim / h_a (p^a_(i-1/2) - p^a_(i+1/2)), and the blend
+  beta_i = min(1, beta_0 + kb-sum / m_i). The force telescopes, so momentum is
+  exact.
+  p^a_f = sum / max(theta, least filling).
+  \param blend beta_0 \param[out] state.nodes.velocities columns Dim to 2 Dim
+*/
+template <int Dim>
+void applyPressure( const State<Dim>& state, const Real least_filling,
+                    const Real blend )
+{
+    const auto moments = state.nodes.moments;
+    const auto velocities = state.nodes.velocities;
+    const auto layout = state.layout;
+    const auto inverse = state.grid.inverse;
+    const Real dt = state.dt;
+    const Real cell_volume = state.grid.cellVolume();
+    const Real own = 1 - blend;
+    forEach(
+        "Machpoint::applyPressure", layout.total,
+        MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
+            auto pressure = [&]( const int row, const int a )
+            {
+                return row < 0 ? 0.0_rt
+                               : moments( row, pressure_column<Dim> + a ) /
+                                     Kokkos::max(
+                                         moments( row, theta_column<Dim> + a ),
+                                         least_filling );
+            };
+            const Real m = moments( i, 0 );
+            for ( int a = 0; a < Dim; ++a )
+            {
+                const Real force = moments( i, force_column<Dim> + a ) +
+                                   cell_volume * inverse[a] *
+                                       ( pressure( i - layout.stride[a], a ) -
+                                         pressure( i, a ) );
+                velocities( i, Dim + a ) =
+                    velocities( i, a ) + ( m > 0 ? dt * force / m : 0.0_rt );
+            }
+            velocities( i, 2 * Dim ) =
+                m > 0 ? Kokkos::max( 0.0_rt,
+                                     own - moments( i, blend_column<Dim> ) / m )
+                      : own;
+        } );
+}
+
+} // namespace Impl
+} // namespace Machpoint
+
+#endif
