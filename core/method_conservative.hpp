@@ -42,9 +42,7 @@ struct Conservative : MethodDefaults
     static constexpr bool needs_outer_moments = true;
 
     template <int Dim>
-    static constexpr int moment_columns = 2 + 4 * Dim;
-    template <int Dim>
-    static constexpr int force_column = Impl::force_column<Dim>;
+    static constexpr int moment_columns = 2 + 3 * Dim;
     template <int Dim>
     static constexpr int velocity_columns = Impl::velocity_columns<Dim>;
 

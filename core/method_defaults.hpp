@@ -35,8 +35,6 @@ struct MethodDefaults
     template <int Dim>
     static constexpr int moment_columns = 1 + 2 * Dim;
     template <int Dim>
-    static constexpr int force_column = 1 + Dim;
-    template <int Dim>
     static constexpr int velocity_columns = 2 * Dim;
 
     //! Before anything else: rearrange particles.

@@ -37,10 +37,9 @@ struct Ledger
 template <int Dim>
 struct Nodes
 {
-    NodeView moments;           //!< mass, momentum [Dim], and more
-    int force_column = 1 + Dim; //!< the first of the force [Dim]
-    NodeSum moment_sum;         //!< the sum that they are
-    NodeView velocities;        //!< v_i [Dim], v'_i [Dim], and more
+    NodeView moments;    //!< mass, momentum [Dim], and more
+    NodeSum moment_sum;  //!< the sum that they are
+    NodeView velocities; //!< v_i [Dim], v'_i [Dim], and more
 };
 
 //! Artificial viscosity q = phi rho h |D| (c1 c + c2 h |D|) of gas that is
@@ -234,8 +233,8 @@ class Module
     virtual Real imageReach( const Grid<Dim>& ) const { return 0; }
     //! Keeps what it needs of state.nodes.moment_sum from before the fold.
     virtual void keepDeposit( State<Dim>& ) {}
-    //! Adds to the force on all stored nodes (Nodes::force_column), walls and
-    //! neighbours folded in.
+    //! Adds dt f / m of a force to v' on all stored nodes, walls and neighbours
+    //! folded in.
     virtual void gridForce( State<Dim>& ) {}
     //! Constrains a velocity on all stored nodes: once v, once v', and where
     //! the method has one, a velocity that only serves as a gradient. A rank

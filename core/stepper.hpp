@@ -187,7 +187,6 @@ class Stepper : public Simulation
         state.nodes.moment_sum = makeNodeSum(
             "Machpoint::moments", state, Method::template moment_columns<Dim> );
         state.nodes.moments = state.nodes.moment_sum.field();
-        state.nodes.force_column = Method::template force_column<Dim>;
         state.nodes.velocities =
             NodeView( "Machpoint::velocities", state.layout.total,
                       Method::template velocity_columns<Dim> );
@@ -287,13 +286,13 @@ class Stepper : public Simulation
             else
                 moments.fold( state.halo, components, divide );
         }
-        each( "grid force", &Module<Dim>::gridForce );
         // FLIP takes up only v' - v, so there v alone gives no impulse.
         constrain( { state.nodes.velocities, 0, Method::affine } ); // eq. 7
         {
             Profile::Phase phase( "grid" );
             Method::advanceGridVelocity( state, _storage ); // 5
         }
+        each( "grid force", &Module<Dim>::gridForce );
         constrain( { state.nodes.velocities, Dim } ); // eq. 7
         each( "grid work", &Module<Dim>::gridWork );
         {

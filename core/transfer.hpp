@@ -335,7 +335,6 @@ void advanceGridVelocity( const State<Dim>& state )
 {
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
-    const int force = state.nodes.force_column;
     const Real dt = state.dt;
     forEach(
         "Machpoint::advanceGridVelocity", state.layout.total,
@@ -344,7 +343,7 @@ void advanceGridVelocity( const State<Dim>& state )
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, Dim + d ) =
                     velocities( i, d ) +
-                    ( m > 0 ? dt * moments( i, force + d ) / m : 0.0_rt );
+                    ( m > 0 ? dt * moments( i, 1 + Dim + d ) / m : 0.0_rt );
         } );
 }
 

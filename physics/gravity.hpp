@@ -99,16 +99,19 @@ class Gravity : public Module<Dim>
     {
         _force.fold( state.halo, vectorComponents<Dim, 1>( Parity::force ) );
         const auto moments = state.nodes.moments;
-        const int first = state.nodes.force_column;
+        const auto velocities = state.nodes.velocities;
+        const Real dt = state.dt;
         const auto force = _force.field();
         const auto g = _g;
         Kokkos::parallel_for(
             "Machpoint::gravity", Range( 0, state.layout.total ),
             MACHPOINT_LAMBDA( const int i ) {
+                const Real m = moments( i, 0 );
                 for ( int d = 0; d < Dim; ++d )
                 {
                     force( i, d ) *= g[d]; // until here the mass
-                    moments( i, first + d ) += force( i, d );
+                    velocities( i, Dim + d ) +=
+                        m > 0 ? dt * force( i, d ) / m : 0.0_rt;
                 }
             } );
     }

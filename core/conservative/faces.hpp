@@ -4,7 +4,7 @@
   faces between nodes (docs/conservative.md, sections 2 to 4).
 
   Column layout. moments: mass, momentum [Dim], theta [Dim], sum of V (p + q) on
-  faces [Dim], sum of m times the blend, force [Dim].
+  faces [Dim], sum of m times the blend.
   faces: FaceMotion for each axis, what particles gather together.
   velocities: v [Dim], v' [Dim], 1 - beta.
 */
@@ -56,15 +56,13 @@ inline constexpr int velocity_columns = Dim == 3          ? 8
                                         : lane_count == 1 ? 2 * Dim + 2
                                                           : 2 * Dim + 1;
 
-//! First columns of moments' theta, pressure, blend and force.
+//! First columns of moments' theta, pressure and blend.
 template <int Dim>
 inline constexpr int theta_column = 1 + Dim;
 template <int Dim>
 inline constexpr int pressure_column = 1 + 2 * Dim;
 template <int Dim>
 inline constexpr int blend_column = 1 + 3 * Dim;
-template <int Dim>
-inline constexpr int force_column = 2 + 3 * Dim;
 
 //! mass, momentum, theta, pressure, blend: what particles deposit
 template <int Dim>

@@ -81,7 +81,7 @@ struct WorkingGas
 
 /*!
   \brief v'_i = v_i + dt f_i / m_i (Algorithm 1, line 5) with the pressure's
-  force f_(i,a) += h^Dim / h_a (p^a_(i-1/2) - p^a_(i+1/2)), and the blend
+  force f_(i,a) = h^Dim / h_a (p^a_(i-1/2) - p^a_(i+1/2)), and the blend
   beta_i = min(1, beta_0 + kb-sum / m_i). The force telescopes, so momentum is
   exact.
   p^a_f = sum / max(theta, least filling).
@@ -112,10 +112,9 @@ void applyPressure( const State<Dim>& state, const Real least_filling,
             const Real m = moments( i, 0 );
             for ( int a = 0; a < Dim; ++a )
             {
-                const Real force = moments( i, force_column<Dim> + a ) +
-                                   cell_volume * inverse[a] *
-                                       ( pressure( i - layout.stride[a], a ) -
-                                         pressure( i, a ) );
+                const Real force =
+                    cell_volume * inverse[a] *
+                    ( pressure( i - layout.stride[a], a ) - pressure( i, a ) );
                 velocities( i, Dim + a ) =
                     velocities( i, a ) + ( m > 0 ? dt * force / m : 0.0_rt );
             }
