@@ -37,8 +37,8 @@ struct Conservative : MethodDefaults
     //! images lie.
     static constexpr int reach = 1;
     //! A new velocity takes the faces on both sides of its node, the limiter
-    //! of the viscosity those next to a face.
-    static constexpr int margin = 1;
+    //! of the viscosity the new velocities next to a face.
+    static constexpr int margin = 2;
     static constexpr bool needs_outer_moments = true;
 
     template <int Dim>

@@ -308,8 +308,8 @@ class GpuCodeTest(unittest.TestCase):
     def test_kernels_are_known_by_their_functions(self):
         gpu_code = program("gpu_code")
         for function, number, expected in (
-                ("Impl::depositStress<true, Machpoint::Quadratic, 2>", 2,
-                 ("depositStress", "true, Quadratic, 2", 2)),
+                ("Impl::gatherParticles<Machpoint::Quadratic, true, true, 2>", 2,
+                 ("gatherParticles", "Quadratic, true, true, 2", 2)),
                 ("Obstacle<2>::applyToGrid", 1, ("applyToGrid", "", 1)),
                 ("Impl::drift<Machpoint::Slice<double, 32> >", 1,
                  ("drift", "Slice<double, 32> ", 1))):
@@ -355,19 +355,19 @@ class GpuCodeTest(unittest.TestCase):
     def test_local_memory_in_a_step_is_reported(self):
         gpu_code = program("gpu_code")
         kernels = [("gridVelocity", "2", 1, gpu_code.Code(32, 0, {})),
-                   ("depositStress", "Quadratic, 2", 1,
+                   ("gatherParticles", "Quadratic, 2", 1,
                     gpu_code.Code(56, 216, {"LDL.64": 3})),
-                   ("depositStress", "Quadratic, 3", 1,
+                   ("gatherParticles", "Quadratic, 3", 1,
                     gpu_code.Code(56, 216, {})),
                    ("sumParticles", "2", 1, gpu_code.Code(167, 1344, {}))]
         text, local = gpu_code.section(kernels)
         self.assertEqual(local, [kernels[1]])
-        self.assertIn("| rates, viscosity, stress | `Quadratic, 2`, 1 | 56 | 36 | "
+        self.assertIn("| G2P of `conservative` | `Quadratic, 2`, 1 | 56 | 36 | "
                       "216 | 3 |", text)
         self.assertIn("`sumParticles`.", text)
         # With all registers that launch bounds leave it.
         for size, wrong in ((104, 0), (300, 1)):
-            kernels[1:] = [("depositStress", "Quadratic, 2", 1,
+            kernels[1:] = [("gatherParticles", "Quadratic, 2", 1,
                             gpu_code.Code(128, size, {}))]
             self.assertEqual(len(gpu_code.section(kernels)[1]), wrong, size)
 
@@ -376,7 +376,7 @@ class GpuCodeTest(unittest.TestCase):
         def kernel(name, opcode):
             return (name, "2", 1, gpu_code.Code(32, 0, {opcode: 1}))
         kernels = [kernel("gridVelocity", "DFMA"),
-                   kernel("measureFaces", "F2F.F64.F32"),
+                   kernel("measureMotion", "F2F.F64.F32"),
                    kernel("applyPressure", "FFMA"),
                    kernel("driftParticles", "F2I.TRUNC.NTZ"),
                    kernel("sumParticles", "DADD")]

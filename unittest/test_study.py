@@ -490,7 +490,7 @@ class Effects(StudyTest):
             self.assertEqual(entry["result"]["density.L1"],
                              row["errors"]["density.L1"])
             self.assertIn(name, shown)
-        # It works within the stress, and without it the shock rings.
+        # It works within P2G, and without it the shock rings.
         viscosity = by_name["artificial_viscosity"]
         self.assertIsNone(viscosity["own"])
         self.assertGreater(viscosity["result"]["density.change"], 1e-3)

@@ -9,15 +9,14 @@ STEP = {
     "updateParticles": "G2P of `paper`",
     "gridToParticlesApic": "G2P of `apic`",
     "depositParticles": "P2G of `conservative`",
-    "depositStress": "rates, viscosity, stress",
     "gatherParticles": "G2P of `conservative`",
     "depositConduction": "P2G of conducted heat",
     "conductHeat": "G2P of conducted heat",
     "driftParticles": "drift",
     "evaluateGas": "equation of state, survey",
     "gridVelocity": "velocities of nodes",
-    "measureFaces": "faces, limiter",
     "applyPressure": "pressure on nodes",
+    "measureMotion": "faces, limiter",
 }
 
 

@@ -125,9 +125,7 @@ bool has( const Case& setting, const std::string& part )
 {
     if ( part == "halo" || part == "migrate" )
         return Communicator().size() > 1;
-    if ( part == "sort" && setting.order == "unsorted" )
-        return false;
-    return part != "stress" || setting.method.rfind( "conservative", 0 ) == 0;
+    return part != "sort" || setting.order != "unsorted";
 }
 
 //! Name of a basis or a method from that of its type.

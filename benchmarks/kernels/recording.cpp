@@ -21,8 +21,11 @@ namespace
 
 //! Name of a part, and of the phase of the profile that it is.
 const std::vector<std::pair<std::string, std::string>> phases = {
-    { "P2G", "P2G" },   { "stress", "stress" }, { "G2P", "G2P" },
-    { "grid", "grid" }, { "sort", "sort" },     { "EOS", "particle state" } };
+    { "P2G", "P2G" },
+    { "G2P", "G2P" },
+    { "grid", "grid" },
+    { "sort", "sort" },
+    { "EOS", "particle state" } };
 
 Json makeInput( const Case& c, const int particles )
 {

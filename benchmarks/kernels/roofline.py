@@ -2,7 +2,7 @@
 from figure import np, plt
 from matplotlib.patches import Patch
 
-PARTS = {"P2G": "o", "stress": "s", "G2P": "D", "grid": "^", "sort": "v",
+PARTS = {"P2G": "o", "G2P": "D", "grid": "^", "sort": "v",
          "EOS": "X", "step": "*"}
 COLOURS = ["tab:blue", "tab:orange", "tab:green", "tab:red"]
 

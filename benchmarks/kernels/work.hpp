@@ -59,8 +59,6 @@ class WorkOfStep
     {
         if ( part == "P2G" )
             return particlesToGrid();
-        if ( part == "stress" )
-            return stress();
         if ( part == "G2P" )
             return gridToParticles();
         if ( part == "grid" )
@@ -72,43 +70,29 @@ class WorkOfStep
         return {};
     }
 
-    //! x, v, m, V, p, and C of an affine method; mass, momentum and force, or
-    //! for `conservative` mass, momentum, theta and a cleared force.
+    //! x, v, m, V, p, and C of an affine method; mass, momentum and force.
+    //! `conservative` reads c and two numbers of the flow, too, with `midpoint`
+    //! the last expansion, and writes the working pressure; on nodes mass,
+    //! momentum, theta, pressure and blend.
     Work particlesToGrid() const
     {
         const Real affine = is_paper ? 0 : D * D;
         const Real N = stencil_nodes;
-        if ( is_conservative )
-            return work( 2 * D + affine + 2, 1 + 3 * D,
-                         stencil() + N * ( 3 + D * ( 2 * D + 2 ) ) +
-                             3 * faces );
-        return work( 2 * D + affine + 3, 1 + 2 * D,
-                     stencil() + N * ( 3 + 5 * D + 2 * affine ) );
-    }
-
-    //! `conservative`: x, C off its diagonal, m, V, p, c read, with `midpoint`
-    //! the last expansion, too, the working pressure written, and where heat
-    //! mixes, in 1D, two rates; on nodes theta, v, 1/den, four fields on faces,
-    //! their pressure and the blend.
-    Work stress() const
-    {
         if ( !is_conservative )
-            return {};
-        const Real power = s.midpoint ? 64 : 0;
-        return work( D * D + 4 + 1 + ( s.midpoint ? 1 : 0 ) +
-                         ( s.dim == 1 ? 2 : 0 ),
-                     8 * D + 1,
-                     2 * stencil() + 13 * faces + 3 * stencil_nodes + 5 +
-                         1.5 * D * ( D - 1 ) + 10 + power,
-                     D * ( 2 + 3 + 9 ) );
+            return work( 2 * D + affine + 3, 1 + 2 * D,
+                         stencil() + N * ( 3 + 5 * D + 2 * affine ) );
+        const Real ahead = s.midpoint ? 64 + 2 * D : 0;
+        return work( 2 * D + affine + 7 + ( s.midpoint ? 1 : 0 ), 2 + 3 * D,
+                     stencil() + N * ( 5 + D * ( 2 * D + 2 ) ) + 5 * faces +
+                         20 + ahead );
     }
 
     //! x, v, C, V, e, m and p read; the first five written, as the new state
     //! stands beside the old one. `paper` needs no C, reads the new v again,
     //! and writes and reads a second velocity on nodes; `conservative` reads c,
-    //! beta, theta and 1/den and writes two fields on faces, and with
-    //! `midpoint` reads the expansion that the particle remembers, and writes
-    //! that and the velocity that it will.
+    //! beta and theta, writes four fields on faces and two numbers of the flow,
+    //! and with `midpoint` reads the expansion that the particle remembers, and
+    //! writes that and the velocity that it will.
     Work gridToParticles() const
     {
         const Real N = stencil_nodes;
@@ -122,25 +106,26 @@ class WorkOfStep
                 D );
         const Real tail = 4 * D + 5 * D * D + 12;
         if ( is_conservative )
-            return work( 2 * D + D * D + 5 + written +
+            return work( 2 * D + D * D + 5 + written + 2 +
                              ( s.midpoint ? D + 2 : 0 ),
-                         2 * D + 1 + D + D + 2 * D,
+                         2 * D + 1 + D + 4 * D,
                          stencil() + N * ( 2 + D * ( 13 + 4 * D ) ) +
-                             8 * faces + tail + 20,
-                         7 * D );
+                             12 * faces + tail + 28 + 1.5 * D * ( D - 1 ),
+                         16 * D );
         return work( 2 * D + D * D + 4 + written, 2 * D,
                      stencil() + N * ( 2 * D * D + D * ( 13 + 2 * D ) ) +
                          tail );
     }
 
-    //! Mass, momentum and force read; v and v' written. `conservative` reads
-    //! the pressure on faces, 1/den and the blend too, and writes beta.
+    //! Mass, momentum and force read; v and v' written. `conservative` has
+    //! theta and pressure of faces for the force, and the blend, and writes
+    //! beta.
     Work grid() const
     {
         const Real moved = 1 + 2 * D + 2 * D;
         if ( !is_conservative )
             return work( 0, moved, 0, 4 * D );
-        return work( 0, moved + 2 * D + 2, 0, 4 * D + 5 * D + 3 );
+        return work( 0, moved + D + 2, 0, 4 * D + 7 * D + 3 );
     }
 
     //! v, m, V, e read; p, c written, and the gas surveyed.
@@ -179,12 +164,12 @@ class WorkOfStep
         return D * ( 3 + weights[k] + gradients[k] + 3 * s.nodes );
     }
 
-    //! Columns of a particle, and what splitting and the integrator midpoint
-    //! remember.
+    //! Columns of a particle, and what the viscosity, splitting and the
+    //! integrator midpoint remember.
     Real columns() const
     {
         const Real sidecars =
-            is_conservative ? D + 1 + ( s.midpoint ? D + 1 : 0 ) : 0;
+            is_conservative ? 2 + D + 1 + ( s.midpoint ? D + 1 : 0 ) : 0;
         return s.particle_bytes / column + sidecars;
     }
 
