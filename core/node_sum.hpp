@@ -350,7 +350,7 @@ class NodeScatter
 };
 
 //! Most columns that a reproducible sum can have.
-inline constexpr std::size_t most_columns = 10;
+inline constexpr std::size_t most_columns = 11;
 
 //! A number for each column; in a kernel, in registers.
 using PerColumn = Kokkos::Array<Real, most_columns>;

@@ -183,7 +183,7 @@ class EstimatedError(PriceTest):
                 self.assertFalse(self.output.exists())
 
     def test_on_several_ranks(self):
-        sets = ["grid.cells=[32,32]", "time.end=0.2"]
+        sets = ["grid.cells=[40,40]", "time.end=0.2"]
         told = [self.judge("kelvin_helmholtz", *sets, ranks=ranks)[1]
                 ["error_estimate"]["fields"] for ranks in (1, 4)]
         for field in FIELDS:
