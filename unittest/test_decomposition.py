@@ -101,7 +101,7 @@ REPRODUCIBLE = {
     "recycled stream": ("cylinder_mach3_recycle", {
         "grid.cells": [60, 30], **method("paper", "quadratic")}, 10, (3,)),
     "gravity": ("gravity_column", {}, 10, (3,)),
-    "blast in 3D": ("sedov_3d", {"grid.cells": [8, 9, 12]}, 6, (3, 4)),
+    "blast in 3D": ("sedov_3d", {"grid.cells": [10, 11, 15]}, 6, (3, 4)),
 }
 ARRANGED = {"cylinder": ([4, 1], [2, 2], [1, 4]),
             "side of two kinds": ([4, 1], [2, 2]),
