@@ -122,11 +122,12 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
             if ( midpoint )
                 at_start *=
                     driftFactor( working.ahead, load( last_expansion, p ) );
-            Lanes trace = load( C, p, 0, 0 );
-            for ( int a = 1; a < Dim; ++a )
-                trace += load( C, p, a, a );
-            own.pressure = working.pressure( load( pressure, p ), q, at_start,
-                                             sound, divergence, phi, trace );
+            VectorOf<Dim, Lanes> diagonal{};
+            for ( int a = 0; a < Dim; ++a )
+                diagonal[a] = load( C, p, a, a );
+            own.pressure = working.pressure(
+                load( pressure, p ), q, at_start, sound, divergence,
+                WorkingGas::foreseen<Dim>( divergence, phi, diagonal ) );
             own.blend = working.blend( divergence, phi, sound );
             store( acting, own.pressure, p );
         },

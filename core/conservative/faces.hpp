@@ -33,7 +33,7 @@ namespace Impl
 enum FaceMotion : int
 {
     MeanNormalised, //!< d / den of the mean of v and v', 1/time
-    Difference,     //!< d of v', 1/time
+    Difference,     //!< d of v', 1/time; in 1D over den
     Excess,         //!< theta - 1
     Rough,          //!< (1 - psi) max(-d, 0) of v', 1/time
     face_columns
@@ -114,11 +114,11 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
                 };
                 const int face = face_columns * a;
                 const Real theta = moments( i, theta_column<Dim> + a );
+                const Real den = Kokkos::max( theta, least_filling );
                 const Real d = difference( i, Dim + a );
                 faces( i, face + MeanNormalised ) =
-                    0.5_rt * ( difference( i, a ) + d ) /
-                    Kokkos::max( theta, least_filling );
-                faces( i, face + Difference ) = d;
+                    0.5_rt * ( difference( i, a ) + d ) / den;
+                faces( i, face + Difference ) = Dim == 1 ? d / den : d;
                 faces( i, face + Excess ) = theta - 1;
                 if ( !Limited )
                     continue;
