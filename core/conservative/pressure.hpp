@@ -68,8 +68,7 @@ struct WorkingGas
                                                 const Lanes& density,
                                                 const Lanes& sound,
                                                 const Lanes& divergence,
-                                                const Lanes& limiter,
-                                                const Lanes& trace ) const
+                                                const Lanes& expansion ) const
     {
         if ( ahead == 0 )
             return p + q;
