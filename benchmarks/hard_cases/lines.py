@@ -187,6 +187,11 @@ CASES = [
          [{"grid.cells": [n], "method.time": "midpoint"} for n in (32, 64)],
          {"L1(rho), 64 cells": at_most(7e-4, TABLE, 6.1e-4),
           "order": at_least(1.8, TABLE, 1.77)}),
+    # Noise of the particles' places must not grow in ten sound times.
+    Case("wave_random", "1D", "acoustic_wave", "wave, random places", errors,
+         [{"method.time": "midpoint", "particles.placement": "random",
+           "initial.0.amplitude": 0.005, "time.end": 10}], None,
+         {"L1(rho), 64 cells": at_most(1e-3, "a fifth of the amplitude")}),
     Case("translation", "1D", "translation", "uniform stream at Mach 3",
          velocity_error,
          [{"dimension": 1, "particles.placement": p, "time.end": 2,
