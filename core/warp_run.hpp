@@ -49,7 +49,8 @@ class WarpRun
     }
 
     /*!
-      \brief Adds values[i][k] of every lane to sums( row + i, first + k ).
+      \brief Adds values[i][k] of every lane to sums( row + i, first + k ), in
+      parts where there are more than lanes.
       \param sums [rows][columns]
       \param row the base, and what is the same for all lanes
     */
@@ -57,6 +58,33 @@ class WarpRun
     KOKKOS_FORCEINLINE_FUNCTION void
     add( Real* sums, const int columns, const int row, const int first,
          const Real ( &values )[Rows][K] ) const
+    {
+        if constexpr ( Rows * K <= lanes )
+            addPart( sums, columns, row, first, values );
+        else
+        {
+            constexpr std::size_t half = ( K + 1 ) / 2;
+            Real some[Rows][half], others[Rows][K - half];
+            MACHPOINT_UNROLL
+            for ( std::size_t i = 0; i < Rows; ++i )
+            {
+                MACHPOINT_UNROLL
+                for ( std::size_t k = 0; k < half; ++k )
+                    some[i][k] = values[i][k];
+                MACHPOINT_UNROLL
+                for ( std::size_t k = half; k < K; ++k )
+                    others[i][k - half] = values[i][k];
+            }
+            add( sums, columns, row, first, some );
+            add( sums, columns, row, first + static_cast<int>( half ), others );
+        }
+    }
+
+  private:
+    template <std::size_t Rows, std::size_t K>
+    KOKKOS_FORCEINLINE_FUNCTION void
+    addPart( Real* sums, const int columns, const int row, const int first,
+             const Real ( &values )[Rows][K] ) const
     {
 #ifdef __CUDA_ARCH__
         if ( _ends != 0 )
@@ -107,7 +135,6 @@ class WarpRun
                     values[i][k] );
     }
 
-  private:
     static constexpr int lanes = 32;
     static constexpr int most_warps = most_threads / lanes;
     static constexpr unsigned everyone = 0xffffffff;
