@@ -215,15 +215,15 @@ struct Conservative : MethodDefaults
             {
                 // Measures the motion in passing, which goes on its account.
                 const Profile::Effect effect( "viscosity limiter" );
-                Impl::measureMotion<true>( state, storage.faces,
-                                           parts.least_filling );
+                Impl::measureMotion<true, Basis>( state, storage.faces,
+                                                  parts.least_filling );
             }
             state.halo.fillSides( storage.faces,
                                   Impl::allFaceComponents<Dim>() );
         }
         else
-            Impl::measureMotion<false>( state, storage.faces,
-                                        parts.least_filling );
+            Impl::measureMotion<false, Basis>( state, storage.faces,
+                                               parts.least_filling );
         // Images read what their particles were.
         if ( state.images.count > 0 )
             state.ledger.energy_in +=

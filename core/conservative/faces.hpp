@@ -33,7 +33,7 @@ namespace Impl
 enum FaceMotion : int
 {
     MeanNormalised, //!< d / den of the mean of v and v', 1/time
-    Difference,     //!< d of v', 1/time; in 1D over den
+    Difference,     //!< d of v', 1/time; over den where overFilling
     Excess,         //!< theta - 1
     Rough,          //!< (1 - psi) max(-d, 0) of v', 1/time
     face_columns
@@ -78,6 +78,14 @@ NodeComponents<2 + 3 * Dim> conservativeMoments()
     return list;
 }
 
+//! Is D of v' that of normalised volume? In 1D, where the half step's pressure
+//! foresees by it; not on hats, where it jumps from cell to cell.
+template <class Basis, int Dim>
+constexpr bool overFilling()
+{
+    return Dim == 1 && Basis::constant_moment;
+}
+
 /*!
   \brief FaceMotion on every face, with den = max(theta, least filling).
 
@@ -88,7 +96,7 @@ NodeComponents<2 + 3 * Dim> conservativeMoments()
   neighbours' d to the face's; times max(-d, 0) it needs no ratio.
   \param[out] faces FaceMotion
 */
-template <bool Limited, int Dim>
+template <bool Limited, class Basis, int Dim>
 void measureMotion( const State<Dim>& state, const NodeView& faces,
                     const Real least_filling )
 {
@@ -118,7 +126,8 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
                 const Real d = difference( i, Dim + a );
                 faces( i, face + MeanNormalised ) =
                     0.5_rt * ( difference( i, a ) + d ) / den;
-                faces( i, face + Difference ) = Dim == 1 ? d / den : d;
+                faces( i, face + Difference ) =
+                    overFilling<Basis, Dim>() ? d / den : d;
                 faces( i, face + Excess ) = theta - 1;
                 if ( !Limited )
                     continue;
