@@ -539,12 +539,12 @@ TEST( WorkingGas, foreseesByTheLimiter )
 {
     const Kokkos::Array<Lanes, 2> diagonal{ Lanes( 2.0 ), Lanes( -5.0 ) };
     for ( const Real phi : { 0.0, 0.5, 1.0 } )
-        EXPECT_NEAR( lane( Impl::WorkingGas::foreseen<2>(
+        EXPECT_NEAR( lane( Impl::WorkingGas::foreseen<Quadratic, 2>(
                                Lanes( -7.0 ), Lanes( phi ), diagonal ),
                            0 ),
                      -3 - 4 * phi * phi, tolerance( 1e-14 ) );
-    EXPECT_EQ( lane( Impl::WorkingGas::foreseen<1>( Lanes( -7.0 ), Lanes( 0.0 ),
-                                                    { Lanes( 2.0 ) } ),
+    EXPECT_EQ( lane( Impl::WorkingGas::foreseen<Quadratic, 1>(
+                         Lanes( -7.0 ), Lanes( 0.0 ), { Lanes( 2.0 ) } ),
                      0 ),
                -7 );
 }

@@ -127,7 +127,7 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
                 diagonal[a] = load( C, p, a, a );
             own.pressure = working.pressure(
                 load( pressure, p ), q, at_start, sound, divergence,
-                WorkingGas::foreseen<Dim>( divergence, phi, diagonal ) );
+                WorkingGas::foreseen<Basis, Dim>( divergence, phi, diagonal ) );
             own.blend = working.blend( divergence, phi, sound );
             store( acting, own.pressure, p );
         },

@@ -78,8 +78,9 @@ NodeComponents<2 + 3 * Dim> conservativeMoments()
     return list;
 }
 
-//! Is D of v' that of normalised volume? In 1D, where the half step's pressure
-//! foresees by it; not on hats, where it jumps from cell to cell.
+//! Is D of v' that of normalised volume? Where the half step's pressure
+//! foresees by it alone: in 1D, but not on hats, where it jumps from cell to
+//! cell.
 template <class Basis, int Dim>
 constexpr bool overFilling()
 {

@@ -26,17 +26,17 @@ struct WorkingGas
     Real blending; //!< kb
 
     /*!
-      \brief Divergence that the half step's pressure foresees. In 1D D, else
-      tr C + phi^2 (D - tr C): in smooth flow what the particle knows of its
-      gradient, in a shock what the faces show (docs/conservative.md, section
-      1).
+      \brief Divergence that the half step's pressure foresees: D where that is
+      overFilling, else tr C + phi^2 (D - tr C): in smooth flow what the
+      particle knows of its gradient, in a shock what the faces show
+      (docs/conservative.md, section 1).
     */
-    template <int Dim>
+    template <class Basis, int Dim>
     KOKKOS_FORCEINLINE_FUNCTION static Lanes
     foreseen( const Lanes& divergence, const Lanes& limiter,
               const VectorOf<Dim, Lanes>& diagonal )
     {
-        if ( Dim == 1 )
+        if ( overFilling<Basis, Dim>() )
             return divergence;
         Lanes trace = diagonal[0];
         for ( int a = 1; a < Dim; ++a )
