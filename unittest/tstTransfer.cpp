@@ -539,14 +539,17 @@ TEST( WorkingGas, foreseesByTheLimiter )
 {
     const Kokkos::Array<Lanes, 2> diagonal{ Lanes( 2.0 ), Lanes( -5.0 ) };
     for ( const Real phi : { 0.0, 0.5, 1.0 } )
-        EXPECT_NEAR( lane( Impl::WorkingGas::foreseen<Quadratic, 2>(
-                               Lanes( -7.0 ), Lanes( phi ), diagonal ),
-                           0 ),
-                     -3 - 4 * phi * phi, tolerance( 1e-14 ) );
-    EXPECT_EQ( lane( Impl::WorkingGas::foreseen<Quadratic, 1>(
-                         Lanes( -7.0 ), Lanes( 0.0 ), { Lanes( 2.0 ) } ),
-                     0 ),
-               -7 );
+    {
+        const Lanes plane = Impl::WorkingGas::foreseen<Quadratic, 2>(
+            Lanes( -7.0 ), Lanes( phi ), diagonal );
+        EXPECT_NEAR( lane( plane, 0 ), -3 - 4 * phi * phi, tolerance( 1e-14 ) );
+    }
+    const Lanes line = Impl::WorkingGas::foreseen<Quadratic, 1>(
+        Lanes( -7.0 ), Lanes( 0.0 ), { Lanes( 2.0 ) } );
+    EXPECT_EQ( lane( line, 0 ), -7 );
+    const Lanes hats = Impl::WorkingGas::foreseen<Linear, 1>(
+        Lanes( -7.0 ), Lanes( 0.0 ), { Lanes( 2.0 ) } );
+    EXPECT_EQ( lane( hats, 0 ), 2 );
 }
 
 } // namespace
