@@ -478,10 +478,10 @@ TYPED_TEST( Transfer, facesAreLimitedByTheirNeighbours )
                 const Real mean = ( differenceOf( i, a ) + d ) / 2;
                 const int face = Impl::face_columns * a;
                 const Real small = tolerance( 1e-12 ) / state.grid.spacing[a];
-                EXPECT_NEAR( found( i, face + Impl::Difference ),
-                             Impl::overFilling<Basis, Dim>()
-                                 ? d / std::max( filling, least )
-                                 : d,
+                const Real scaled = Impl::overFilling<Basis, Dim>()
+                                        ? d / std::max( filling, least )
+                                        : d;
+                EXPECT_NEAR( found( i, face + Impl::Difference ), scaled,
                              small );
                 EXPECT_NEAR( found( i, face + Impl::MeanNormalised ),
                              mean / std::max( filling, least ), small );
