@@ -6,8 +6,8 @@
 #ifndef MACHPOINT_CONSERVATIVE_GATHER_HPP
 #define MACHPOINT_CONSERVATIVE_GATHER_HPP
 
+#include <core/conservative/deposit.hpp>
 #include <core/conservative/drift.hpp>
-#include <core/conservative/faces.hpp>
 #include <core/conservative/parts.hpp>
 
 namespace Machpoint
