@@ -31,7 +31,7 @@ struct NoSums
 
 //! Does a body leave nothing to be added later?
 template <class Prepare>
-constexpr bool leavesNothing()
+KOKKOS_INLINE_FUNCTION constexpr bool leavesNothing()
 {
     // The compiler for a GPU must not be asked what a kernel returns.
     if constexpr ( lane_count == 1 )

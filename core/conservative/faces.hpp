@@ -82,7 +82,7 @@ NodeComponents<2 + 3 * Dim> conservativeMoments()
 //! foresees by it alone: in 1D, but not on hats, where it jumps from cell to
 //! cell.
 template <class Basis, int Dim>
-constexpr bool overFilling()
+KOKKOS_INLINE_FUNCTION constexpr bool overFilling()
 {
     return Dim == 1 && Basis::constant_moment;
 }
