@@ -73,6 +73,10 @@ struct Quadratic
     static constexpr int halo = 1;
     static constexpr bool centred = true;
     static constexpr bool constant_moment = true;
+    //! Sum of the squares of the weights, its mean over a cell, and the same
+    //! of the weights halfway between nodes.
+    static constexpr Real mean_square = 11.0_rt / 20;
+    static constexpr Real halfway_mean_square = 2.0_rt / 3;
 
     KOKKOS_INLINE_FUNCTION static int first( const int cell )
     {
@@ -123,6 +127,8 @@ struct Cubic
     static constexpr int halo = 1;
     static constexpr bool centred = false;
     static constexpr bool constant_moment = true;
+    static constexpr Real mean_square = 151.0_rt / 315;
+    static constexpr Real halfway_mean_square = 11.0_rt / 20;
 
     KOKKOS_INLINE_FUNCTION static int first( const int cell )
     {

@@ -23,7 +23,7 @@ namespace Machpoint
 {
 
 //! Of the files that this program writes, and the only one that it reads.
-constexpr std::int64_t checkpoint_format = 3;
+constexpr std::int64_t checkpoint_format = 4;
 
 /*!
   \brief Writes a checkpoint, whole or not at all. Collective.

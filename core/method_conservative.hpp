@@ -16,6 +16,7 @@
 #include <core/conservative/parts.hpp>
 #include <core/conservative/pressure.hpp>
 #include <core/conservative/resolution.hpp>
+#include <core/conservative/stability.hpp>
 #include <core/method_defaults.hpp>
 #include <core/profile.hpp>
 
@@ -191,6 +192,16 @@ struct Conservative : MethodDefaults
             } );
     }
 
+    //! Section 10.
+    template <class Basis, int Dim>
+    static double stableTimeStep( const State<Dim>& state,
+                                  const Storage<Dim>& storage,
+                                  const EquationOfState<Dim>& gas )
+    {
+        return Impl::stableTimeStep<Basis>( state, gas.response(),
+                                            storage.parts.least_filling );
+    }
+
     //! Section 3: force of the pressure, new velocity and blend.
     template <int Dim>
     static void advanceGridVelocity( const State<Dim>& state,
@@ -215,15 +226,15 @@ struct Conservative : MethodDefaults
             {
                 // Measures the motion in passing, which goes on its account.
                 const Profile::Effect effect( "viscosity limiter" );
-                Impl::measureMotion<true, Basis>( state, storage.faces,
-                                                  parts.least_filling );
+                Impl::measureMotion<true>( state, storage.faces,
+                                           parts.least_filling );
             }
             state.halo.fillSides( storage.faces,
                                   Impl::allFaceComponents<Dim>() );
         }
         else
-            Impl::measureMotion<false, Basis>( state, storage.faces,
-                                               parts.least_filling );
+            Impl::measureMotion<false>( state, storage.faces,
+                                        parts.least_filling );
         // Images read what their particles were.
         if ( state.images.count > 0 )
             state.ledger.energy_in +=

@@ -12,6 +12,8 @@
 
 #include <core/transfer.hpp>
 
+#include <limits>
+
 namespace Machpoint
 {
 
@@ -61,6 +63,15 @@ struct MethodDefaults
     static auto velocityComponents()
     {
         return vectorComponents<Dim, 2>( Parity::velocity );
+    }
+
+    //! Largest time step that the arrangement of this rank's particles allows.
+    //! Asked for after P2G, every few steps, for those to come.
+    template <class Basis, int Dim, class StorageType>
+    static double stableTimeStep( const State<Dim>&, const StorageType&,
+                                  const EquationOfState<Dim>& )
+    {
+        return std::numeric_limits<double>::infinity();
     }
 
     //! Line 5: node velocities after the step.

@@ -67,13 +67,14 @@ struct Viscosity
 /*!
   \brief How pressure answers a small change at one particle.
 
-  Along an isentrope p(rho) - p = K / g ((rho / rho_0)^g - 1) with K = rho c^2,
-  and heat adds (gruneisen) times its density.
+  Along an isentrope p(rho) - p = K / g ((rho / rho_0)^g - 1) with K = rho c^2
+  = g (p + reference), and heat adds (gruneisen) times its density.
 */
 struct PressureResponse
 {
-    Real exponent;  //!< g; gamma of an ideal or a stiffened gas, exactly
-    Real gruneisen; //!< dp / d(rho e) at constant volume
+    Real exponent;      //!< g; gamma of an ideal or a stiffened gas, exactly
+    Real gruneisen;     //!< dp / d(rho e) at constant volume
+    Real reference = 0; //!< p_inf of a stiffened gas
 };
 
 /*!

@@ -28,6 +28,10 @@ class NumericalFailure : public std::runtime_error
 constexpr int start_up_steps = 10;
 constexpr double start_up_factor = 0.2;
 
+//! Steps from one look at the time step that the particles' arrangement allows
+//! to the next: it takes them dozens to be another one.
+constexpr int stability_every = 4;
+
 //! Sums over all particles.
 struct Totals
 {

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace Machpoint
 {
@@ -139,6 +140,8 @@ class Stepper : public Simulation
         ledger.mass_in.checkpoint( archive, "ledger/mass_in" );
         ledger.mass_out.checkpoint( archive, "ledger/mass_out" );
         ledger.energy_in.checkpoint( archive, "ledger/energy_in" );
+        _stable = comm().min( _stable );
+        archive( "stable_time_step", _stable );
         archive( "extrema/min_density", _extrema.min_density );
         archive( "extrema/min_specific_internal_energy",
                  _extrema.min_specific_internal_energy );
@@ -235,7 +238,7 @@ class Stepper : public Simulation
             Method::template prepare<Basis>( state, _storage, *_scene.gas );
         }
         each( "particle state", &Module<Dim>::particleState ); // 1
-        const auto own = limitsOfModules();
+        const auto own = limits();
         {
             Profile::Phase phase( "guard" );
             survey( own );
@@ -291,6 +294,12 @@ class Stepper : public Simulation
         {
             Profile::Phase phase( "grid" );
             Method::advanceGridVelocity( state, _storage ); // 5
+        }
+        if ( state.step % stability_every == 0 )
+        {
+            Profile::Phase phase( "time step" );
+            _stable = Method::template stableTimeStep<Basis>( state, _storage,
+                                                              *_scene.gas );
         }
         each( "grid force", &Module<Dim>::gridForce );
         constrain( { state.nodes.velocities, Dim } ); // eq. 7
@@ -442,17 +451,19 @@ class Stepper : public Simulation
         noteFrom( n );
     }
 
-    //! Largest time step that each module allows this rank.
-    std::vector<double> limitsOfModules()
+    //! Largest time step that each module, and last the method, allows this
+    //! rank.
+    std::vector<double> limits()
     {
         Profile::Phase phase( "time step" );
-        std::vector<double> limits;
+        std::vector<double> found;
         for ( auto& active : _scene.modules )
         {
             Profile::Effect effect( active.name );
-            limits.push_back( active.module->limitTimeStep( _scene.state ) );
+            found.push_back( active.module->limitTimeStep( _scene.state ) );
         }
-        return limits;
+        found.push_back( _stable );
+        return found;
     }
 
     /*!
@@ -501,7 +512,8 @@ class Stepper : public Simulation
             if ( _limits[k] < dt )
             {
                 dt = _limits[k];
-                _limiter = _scene.modules[k].name;
+                _limiter = k < _scene.modules.size() ? _scene.modules[k].name
+                                                     : "stability";
             }
         if ( state.step < start_up_steps )
             dt *= start_up_factor;
@@ -657,8 +669,10 @@ class Stepper : public Simulation
     //! \name Over all ranks, before the step
     //! @{
     double _fastest = 0;         // max of c + |v|
-    std::vector<double> _limits; // of the time step, [modules]
+    std::vector<double> _limits; // of the time step, [modules + 1]
     //! @}
+    //! That the arrangement of this rank's particles allows.
+    double _stable = std::numeric_limits<double>::infinity();
     Ledger _saved_ledger;
     double _saved_time = 0;
     std::int64_t _saved_step = 0;

@@ -54,7 +54,7 @@ class StiffenedGas : public EquationOfState<Dim>
 
     PressureResponse response() const override
     {
-        return { _gamma, _gamma - 1 };
+        return { _gamma, _gamma - 1, _reference };
     }
 
     // Public only because nvcc wants the types of a kernel to be accessible.

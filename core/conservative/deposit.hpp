@@ -97,6 +97,7 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
 {
     const bool midpoint = drift != nullptr;
     const auto last_expansion = sliceOf<LastExpansion>( drift );
+    const auto next_expansion = sliceOf<NextExpansion>( drift );
     const auto flow = sliceOfFlow<Divergence>( state );
     const auto limiter = sliceOfFlow<Limiter>( state );
     const auto x = state.particles.template slice<Position>();
@@ -118,16 +119,14 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
             const Lanes sound = load( c, p );
             const Lanes density = load( m, p ) / load( V, p );
             const Lanes q = working.viscous( divergence, phi, density, sound );
+            const Lanes zero( 0.0 );
             Lanes at_start = density;
             if ( midpoint )
                 at_start *=
                     driftFactor( working.ahead, load( last_expansion, p ) );
-            VectorOf<Dim, Lanes> diagonal{};
-            for ( int a = 0; a < Dim; ++a )
-                diagonal[a] = load( C, p, a, a );
-            own.pressure = working.pressure(
-                load( pressure, p ), q, at_start, sound, divergence,
-                WorkingGas::foreseen<Basis, Dim>( divergence, phi, diagonal ) );
+            own.pressure =
+                working.pressure( load( pressure, p ), q, at_start, sound,
+                                  midpoint ? load( next_expansion, p ) : zero );
             own.blend = working.blend( divergence, phi, sound );
             store( acting, own.pressure, p );
         },

@@ -16,13 +16,14 @@ namespace Machpoint
 //! What a particle remembers of its last step; zero for one that has just
 //! entered.
 template <int Dim>
-using DriftMembers = Cabana::MemberTypes<Real[Dim], Real>;
+using DriftMembers = Cabana::MemberTypes<Real[Dim], Real, Real>;
 
 //! Names of the members.
 enum DriftMember : std::size_t
 {
     ExtraVelocity, //!< velocity of motion less v [Dim], length/time
-    LastExpansion  //!< D of the last step, 1/time
+    LastExpansion, //!< D of the last step, 1/time
+    NextExpansion  //!< D over the filling of its v', 1/time
 };
 
 namespace Impl

@@ -33,7 +33,9 @@ namespace Impl
 enum FaceMotion : int
 {
     MeanNormalised, //!< d / den of the mean of v and v', 1/time
-    Difference,     //!< d of v', 1/time; over den where overFilling
+    Normalised,     //!< theta d / den^2 of v', 1/time: over the filling, but
+                    //!< none at the edge of a vacuum
+    Difference,     //!< d of v', 1/time
     Excess,         //!< theta - 1
     Rough,          //!< (1 - psi) max(-d, 0) of v', 1/time
     face_columns
@@ -78,15 +80,6 @@ NodeComponents<2 + 3 * Dim> conservativeMoments()
     return list;
 }
 
-//! Is D of v' that of normalised volume? Where the half step's pressure
-//! foresees by it alone: in 1D, but not on hats, where it jumps from cell to
-//! cell.
-template <class Basis, int Dim>
-KOKKOS_INLINE_FUNCTION constexpr bool overFilling()
-{
-    return Dim == 1 && Basis::constant_moment;
-}
-
 /*!
   \brief FaceMotion on every face, with den = max(theta, least filling).
 
@@ -97,7 +90,7 @@ KOKKOS_INLINE_FUNCTION constexpr bool overFilling()
   neighbours' d to the face's; times max(-d, 0) it needs no ratio.
   \param[out] faces FaceMotion
 */
-template <bool Limited, class Basis, int Dim>
+template <bool Limited, int Dim>
 void measureMotion( const State<Dim>& state, const NodeView& faces,
                     const Real least_filling )
 {
@@ -127,8 +120,8 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
                 const Real d = difference( i, Dim + a );
                 faces( i, face + MeanNormalised ) =
                     0.5_rt * ( difference( i, a ) + d ) / den;
-                faces( i, face + Difference ) =
-                    overFilling<Basis, Dim>() ? d / den : d;
+                faces( i, face + Normalised ) = theta * d / ( den * den );
+                faces( i, face + Difference ) = d;
                 faces( i, face + Excess ) = theta - 1;
                 if ( !Limited )
                     continue;

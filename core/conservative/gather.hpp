@@ -27,8 +27,9 @@ struct Gathered
     Number squares{ 0.0 };            //!< sum w (|phi - v|^2 +
                                       //!< beta (2 - beta) |v_i - u_i|^2)
     VectorOf<Dim, Number> ahead{};    //!< sum w v'_i
-    Number expansion{ 0.0 };          //!< D of the mean velocity, normalised
-                                      //!< volume
+    Number expansion{ 0.0 };          //!< D over the filling of the mean
+                                      //!< velocity
+    Number next{ 0.0 };               //!< the same of v'
     Number filling{ 0.0 };            //!< sum over axes and faces of
                                       //!< w (theta - 1)
     VectorOf<Dim, Number> crowding{}; //!< h times the gradient of theta
@@ -102,6 +103,7 @@ struct Gathered
                                                            : Difference + 1];
                          loadRow( faces, f.row, face, face_columns * f.axis );
                          expansion += f.weight * face[MeanNormalised];
+                         next += f.weight * face[Normalised];
                          divergence += f.weight * face[Difference];
                          if constexpr ( Rearranges )
                          {
@@ -124,22 +126,25 @@ struct Gathered
   \param excess r - 1: filling of space around the particle, less 1
   \param expansion D, 1/time
   \param gradient |C|_F, 1/time
-  \param mach h |C|_F / c of the cell
+  \param fastest c / 4h, above which a rate acts in full, 1/time
   \return relative loss of volume, 1/time
 */
 template <class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number relaxationRate( const Number& excess,
                                                    const Number& expansion,
                                                    const Number& gradient,
-                                                   const Number& mach )
+                                                   const Number& fastest )
 {
     const Number clipped = clip( excess, Number( -0.5 ), Number( 0.5 ) );
     auto past = [clipped]( const Real band )
     { return clipped - clip( clipped, Number( -band ), Number( band ) ); };
-    const Number slow =
-        Kokkos::min( Number( 16 * mach * mach ), Number( 1.0 ) );
-    return Kokkos::abs( expansion ) * past( 0.02_rt ) +
-           gradient * slow * past( 0.12_rt );
+    auto notable = [fastest]( const Number& rate )
+    {
+        const Number part = rate / fastest;
+        return choose( rate < fastest, Number( rate * part * part ), rate );
+    };
+    return notable( Kokkos::abs( expansion ) ) * past( 0.02_rt ) +
+           notable( gradient ) * past( 0.12_rt );
 }
 
 //! Part of the velocity gradient that is shear or spin: min(1, |curl|^2 /
@@ -235,13 +240,16 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const bool midpoint = drift != nullptr;
     const auto last_expansion = sliceOf<LastExpansion>( drift );
     Written<decltype( sliceOf<ExtraVelocity>( drift ) )> next_extra;
-    Written<decltype( sliceOf<LastExpansion>( drift ) )> next_expansion;
+    Written<decltype( sliceOf<LastExpansion>( drift ) )> expansion;
+    Written<decltype( sliceOf<NextExpansion>( drift ) )> next_expansion;
     if ( midpoint )
     {
         next_extra = state.particles.written(
             Cabana::slice<ExtraVelocity>( drift->next() ) );
-        next_expansion = state.particles.written(
+        expansion = state.particles.written(
             Cabana::slice<LastExpansion>( drift->next() ) );
+        next_expansion = state.particles.written(
+            Cabana::slice<NextExpansion>( drift->next() ) );
     }
     const auto next_divergence = state.particles.written(
         Cabana::slice<Divergence>( state.flow->next() ) );
@@ -355,7 +363,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             if ( midpoint )
             {
                 volume /= driftFactor( ahead, load( last_expansion, p ) );
-                store( next_expansion, g.expansion, p );
+                store( expansion, g.expansion, p );
+                store( next_expansion, g.next, p );
             }
             volume += old_V * Kokkos::max( dt * g.expansion, Lanes( -0.8 ) );
             if ( Rearranges )
@@ -363,7 +372,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 gradient = Kokkos::sqrt( gradient );
                 const Lanes rate = relaxationRate(
                     Lanes( g.filling * ( 1.0_rt / Dim ) ), g.expansion,
-                    gradient, Lanes( smallest * gradient / sound ) );
+                    gradient, Lanes( sound * ( 0.25_rt / smallest ) ) );
                 volume *= 1 - clip( Lanes( kd * dt * rate ), Lanes( -0.25 ),
                                     Lanes( 0.25 ) );
             }

@@ -25,25 +25,6 @@ struct WorkingGas
     Real spacing;  //!< h
     Real blending; //!< kb
 
-    /*!
-      \brief Divergence that the half step's pressure foresees: D where that is
-      overFilling, else tr C + phi^2 (D - tr C): in smooth flow what the
-      particle knows of its gradient, in a shock what the faces show
-      (docs/conservative.md, section 1).
-    */
-    template <class Basis, int Dim>
-    KOKKOS_FORCEINLINE_FUNCTION static Lanes
-    foreseen( const Lanes& divergence, const Lanes& limiter,
-              const VectorOf<Dim, Lanes>& diagonal )
-    {
-        if ( overFilling<Basis, Dim>() )
-            return divergence;
-        Lanes trace = diagonal[0];
-        for ( int a = 1; a < Dim; ++a )
-            trace += diagonal[a];
-        return trace + limiter * limiter * ( divergence - trace );
-    }
-
     //! q = rho phi h |D| (c1 c + c2 h |D|) of compressed gas, 0 elsewhere.
     KOKKOS_FORCEINLINE_FUNCTION Lanes viscous( const Lanes& divergence,
                                                const Lanes& limiter,
@@ -59,15 +40,13 @@ struct WorkingGas
     /*!
       \brief p + q after `ahead` of isentropic change, and q's heat:
       p + K (J^-g - 1) - gruneisen ahead q D / J + q with K = rho c^2 / g and
-      J = max(.2, 1 + ahead expansion). A pressure below vacuum is vacuum's,
-      p - K.
+      J = max(.2, 1 + ahead D). A pressure below vacuum is vacuum's, p - K.
       \param p, density, sound the particle's at the step's start
-      \param divergence D \param expansion of foreseen
+      \param expansion D over the filling, 1/time
     */
     KOKKOS_FORCEINLINE_FUNCTION Lanes pressure( const Lanes& p, const Lanes& q,
                                                 const Lanes& density,
                                                 const Lanes& sound,
-                                                const Lanes& divergence,
                                                 const Lanes& expansion ) const
     {
         if ( ahead == 0 )
@@ -75,7 +54,7 @@ struct WorkingGas
         const Lanes J = Kokkos::max( 1 + ahead * expansion, Lanes( 0.2 ) );
         const Lanes K = density * sound * sound * ( 1 / response.exponent );
         const Lanes advanced = K * power( J, -response.exponent ) -
-                               response.gruneisen * ahead * q * divergence / J;
+                               response.gruneisen * ahead * q * expansion / J;
         return Kokkos::max( advanced, Lanes( 0.0 ) ) + ( p - K ) + q;
     }
 

@@ -1,0 +1,77 @@
+/*!
+  \file stability.hpp
+  \brief `conservative`: the time step that the particles' arrangement allows
+  (docs/conservative.md, section 10).
+*/
+#ifndef MACHPOINT_CONSERVATIVE_STABILITY_HPP
+#define MACHPOINT_CONSERVATIVE_STABILITY_HPP
+
+#include <core/conservative/faces.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace Machpoint
+{
+namespace Impl
+{
+
+/*!
+  \brief Largest time step for which the motion that the pressure drives is
+  stable: dt^2 < most_stiffness / s, with
+
+  s = max_i kappa h^Dim / m_i sum_a sum_f K_f theta_f / (h_a den_f)^2
+
+  over the faces f next to node i, den = max(theta, least filling) and K =
+  rho c^2. Particles press with all of their pressure on faces that they fill in
+  part, and the nodes there are light: in a hole the grid's sound is faster than
+  the gas's. kappa is the mean square of a face's weight. Nodes with a face
+  below least_filling, at the edge of a vacuum, do not count. On hats a node may
+  be as light as it likes, so that no step were short enough.
+  \param response of the gas \return infinity without gas and on hats
+*/
+template <class Basis, int Dim>
+double stableTimeStep( const State<Dim>& state,
+                       const PressureResponse& response,
+                       const Real least_filling )
+{
+    if constexpr ( Basis::constant_moment )
+    {
+        //! 4 (1 + T) / (3 - T), where P2G keeps the part T = 1/2 of a mode.
+        constexpr double most_stiffness = 2.4;
+        const auto moments = state.nodes.moments;
+        const auto layout = state.layout;
+        const auto inverse = state.grid.inverse;
+        Real kappa = state.grid.cellVolume() * Basis::halfway_mean_square;
+        for ( int a = 1; a < Dim; ++a )
+            kappa *= Basis::mean_square;
+        Real stiffness = 0;
+        Kokkos::parallel_reduce(
+            "Machpoint::stableTimeStep", Range( 0, layout.total ),
+            MACHPOINT_LAMBDA( const int i, Real& most ) {
+                Real sum = 0;
+                for ( int a = 0; a < Dim; ++a )
+                    for ( const int f : { i - layout.stride[a], i } )
+                    {
+                        const Real theta =
+                            f < 0 ? 0 : moments( f, theta_column<Dim> + a );
+                        if ( theta < least_filling )
+                            return;
+                        const Real p =
+                            moments( f, pressure_column<Dim> + a ) / theta;
+                        sum += response.exponent * ( p + response.reference ) *
+                               inverse[a] * inverse[a] / theta;
+                    }
+                most = Kokkos::max( most, kappa * sum / moments( i, 0 ) );
+            },
+            Kokkos::Max<Real>( stiffness ) );
+        if ( stiffness > 0 )
+            return std::sqrt( most_stiffness / stiffness );
+    }
+    return std::numeric_limits<double>::infinity();
+}
+
+} // namespace Impl
+} // namespace Machpoint
+
+#endif
