@@ -3,12 +3,14 @@
 
 #include <core/conservative/conduction.hpp>
 #include <core/conservative/deposit.hpp>
+#include <core/conservative/stability.hpp>
 #include <core/scene.hpp>
 #include <core/transfer.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <set>
 #include <string>
 
@@ -497,6 +499,89 @@ TYPED_TEST( Transfer, facesAreLimitedByTheirNeighbours )
         }
     }
     EXPECT_EQ( seen, ( std::set<std::string>{ "jump", "linear", "between" } ) );
+}
+
+//! Mean over a cell of the squared weights of the faces of the first axis.
+template <class Basis, int Dim>
+Real meanSquareOfFaces( const State<Dim>& state )
+{
+    const int places = 24; // along an axis
+    int all = 1;
+    for ( int d = 0; d < Dim; ++d )
+        all *= places;
+    Real sum = 0;
+    for ( int n = 0; n < all; ++n )
+    {
+        Vector<Dim> x{};
+        for ( int d = 0, rest = n; d < Dim; ++d, rest /= places )
+            x[d] = state.grid.lower[d] +
+                   ( 3 + ( rest % places + 0.5_rt ) / places ) *
+                       state.grid.spacing[d];
+        const Stencil<Basis, Dim> s( state.grid, state.layout, x );
+        forEachFace( s, HalfwayWeights<Basis, Dim, Real>( state.grid, s ),
+                     state.layout,
+                     [&]( const auto& f )
+                     { sum += f.axis == 0 ? f.weight * f.weight / all : 0; } );
+    }
+    return sum;
+}
+
+// docs/conservative.md, section 10: a gas that fills space, a hole in it, and
+// the edge of a vacuum.
+TYPED_TEST( Transfer, holesLimitTheTimeStep )
+{
+    constexpr int Dim = TypeParam::dimension;
+    using Basis = typename TypeParam::basis;
+    const Box<Basis, Dim> box( "periodic" );
+    const auto& state = box.scene.state;
+    const PressureResponse gas{ 1.4, 0.4, 0.5 };
+    const Real least = 0.2;
+    const Real p = 2;
+    const Real density = 1.3;
+    const auto moments = Kokkos::create_mirror_view( state.nodes.moments );
+    auto set = [&]( const int row, const Real filling )
+    {
+        for ( int a = 0; a < Dim; ++a )
+        {
+            moments( row, Impl::theta_column<Dim> + a ) = filling;
+            moments( row, Impl::pressure_column<Dim> + a ) = filling * p;
+        }
+    };
+    auto limit = [&]
+    {
+        Kokkos::deep_copy( state.nodes.moments, moments );
+        return Impl::stableTimeStep<Basis>( state, gas, least );
+    };
+    for ( int i = 0; i < state.layout.total; ++i )
+    {
+        moments( i, 0 ) = density * state.grid.cellVolume();
+        set( i, 1 );
+    }
+    if ( !Basis::constant_moment )
+    {
+        EXPECT_EQ( limit(), std::numeric_limits<double>::infinity() );
+        return;
+    }
+    const Real kappa = meanSquareOfFaces<Basis>( state );
+    const Real sound_squared = 1.4 * ( p + 0.5 ) / density;
+    Real faces = 0; // of a node, over h^2
+    for ( int a = 0; a < Dim; ++a )
+        faces += 2 * std::pow( state.grid.inverse[a], 2 );
+    const Real full = std::sqrt( 2.4 / ( kappa * sound_squared * faces ) );
+    EXPECT_NEAR( limit(), full, 2e-3 * full ); // as the quadrature is
+    // Half as full on all faces of a node, and half the mass: half the step.
+    Indices<Dim> at{};
+    for ( int d = 0; d < Dim; ++d )
+        at[d] = state.layout.box.begin[d] + 2;
+    const int node = state.layout( at );
+    set( node, 0.5_rt );
+    for ( int a = 0; a < Dim; ++a )
+        set( node - state.layout.stride[a], 0.5_rt );
+    moments( node, 0 ) *= 0.5_rt;
+    EXPECT_NEAR( limit(), full / 2, 2e-3 * full );
+    // A vacuum's edge is left alone, as it would be on no step.
+    moments( node, Impl::theta_column<Dim> ) = 0.9_rt * least;
+    EXPECT_GT( limit(), 0.6 * full );
 }
 
 // p(rho, e) of a stiffened gas on the isentrope, and the heat of the viscosity.

@@ -22,13 +22,13 @@ namespace Impl
 
   s = max_i kappa h^Dim / m_i sum_a sum_f K_f theta_f / (h_a den_f)^2
 
-  over the faces f next to node i, den = max(theta, least filling) and K =
-  rho c^2. Particles press with all of their pressure on faces that they fill in
-  part, and the nodes there are light: in a hole the grid's sound is faster than
-  the gas's. kappa is the mean square of a face's weight. Nodes with a face
-  below least_filling, at the edge of a vacuum, do not count. On hats a node may
-  be as light as it likes, so that no step were short enough.
-  \param response of the gas \return infinity without gas and on hats
+  over this rank's own nodes i and the faces f next to them, den = max(theta,
+  least filling) and K = rho c^2. Particles press with all of their pressure on
+  faces that they fill in part, and the nodes there are light: in a hole the
+  grid's sound is faster than the gas's. kappa is the mean square of a face's
+  weight. Nodes with a face below least_filling, at the edge of a vacuum, do not
+  count. On hats a node may be as light as it likes, so that no step were short
+  enough. \param response of the gas \return infinity without gas and on hats
 */
 template <class Basis, int Dim>
 double stableTimeStep( const State<Dim>& state,
@@ -49,12 +49,13 @@ double stableTimeStep( const State<Dim>& state,
         Kokkos::parallel_reduce(
             "Machpoint::stableTimeStep", Range( 0, layout.total ),
             MACHPOINT_LAMBDA( const int i, Real& most ) {
+                if ( !layout.isOwned( layout.indices( i ) ) )
+                    return;
                 Real sum = 0;
                 for ( int a = 0; a < Dim; ++a )
                     for ( const int f : { i - layout.stride[a], i } )
                     {
-                        const Real theta =
-                            f < 0 ? 0 : moments( f, theta_column<Dim> + a );
+                        const Real theta = moments( f, theta_column<Dim> + a );
                         if ( theta < least_filling )
                             return;
                         const Real p =
