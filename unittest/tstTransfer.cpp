@@ -532,8 +532,10 @@ TYPED_TEST( Transfer, holesLimitTheTimeStep )
 {
     constexpr int Dim = TypeParam::dimension;
     using Basis = typename TypeParam::basis;
-    const Box<Basis, Dim> box( "periodic" );
-    const auto& state = box.scene.state;
+    Box<Basis, Dim> box( "periodic" );
+    auto& state = box.scene.state;
+    state.nodes.moments =
+        NodeView( "moments", state.layout.total, 2 + 3 * Dim );
     const PressureResponse gas{ 1.4, 0.4, 0.5 };
     const Real least = 0.2;
     const Real p = 2;
