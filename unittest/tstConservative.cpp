@@ -244,12 +244,13 @@ TEST_P( Parts, conserveAlone )
     off["method"][part.key] = 0;
     auto a = simulate( with ), b = simulate( off );
     const auto before = a->totals();
-    const auto volume = [&]( Simulation& run )
+    // What particles claim beyond the box, or leave of it.
+    const auto excess = [&]( Simulation& run )
     {
         Real sum = 0;
         for ( const Real V : run.particleData().volume )
             sum += V;
-        return sum;
+        return std::abs( sum - 1 );
     };
     const Real end = part.dimension == 3 ? 0.05 : 0.02;
     advanceTo( *a, end );
@@ -262,7 +263,7 @@ TEST_P( Parts, conserveAlone )
         << label;
     for ( int d = 0; d < part.dimension; ++d )
         EXPECT_NEAR( after.momentum[d], 0, tolerance( 1e-12 ) ) << label;
-    EXPECT_NEAR( volume( *a ), volume( *b ), 0.1 ) << label;
+    EXPECT_LE( excess( *a ), excess( *b ) + 0.03 ) << label;
     // Hats have no slope of the filling within a cell, so nothing shifts.
     if ( !( basis == "linear" &&
             part.key == std::string( "particle_shifting" ) ) )
