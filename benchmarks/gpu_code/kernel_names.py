@@ -17,6 +17,7 @@ STEP = {
     "gridVelocity": "velocities of nodes",
     "applyPressure": "pressure on nodes",
     "measureMotion": "faces, limiter",
+    "stableTimeStep": "time step that holes allow",
 }
 
 

@@ -18,17 +18,19 @@ namespace Impl
 
 /*!
   \brief Largest time step for which the motion that the pressure drives is
-  stable: dt^2 < most_stiffness / s, with
+  stable: dt^2 = most_stiffness / s, with
 
-  s = max_i kappa h^Dim / m_i sum_a sum_f K_f theta_f / (h_a den_f)^2
+  s = max_i kappa h^Dim / m_i sum_a sum_f rho c^2_f / (h_a^2 theta_f)
 
-  over this rank's own nodes i and the faces f next to them, den = max(theta,
-  least filling) and K = rho c^2. Particles press with all of their pressure on
-  faces that they fill in part, and the nodes there are light: in a hole the
-  grid's sound is faster than the gas's. kappa is the mean square of a face's
-  weight. Nodes with a face below least_filling, at the edge of a vacuum, do not
-  count. On hats a node may be as light as it likes, so that no step were short
-  enough. \param response of the gas \return infinity without gas and on hats
+  over this rank's own nodes i and the faces f next to them. Particles press
+  with all of their pressure on faces that they fill in part, and the nodes
+  there are light: in a hole the grid's sound is faster than the gas's. kappa is
+  the mean square of a face's weight. Nodes with a face below least_filling, at
+  the edge of a vacuum, do not count. On hats a node may be as light as it
+  likes, so that no step were short enough.
+
+  \param response of the gas
+  \return infinity without gas and on hats
 */
 template <class Basis, int Dim>
 double stableTimeStep( const State<Dim>& state,
