@@ -345,28 +345,31 @@ loadRow( const NodeView& nodes, const LaneRows& rows, Lanes ( &values )[K],
          const int first = 0 )
 {
 #ifdef MACHPOINT_HAS_REGISTERS
-    const std::size_t columns = nodes.stride( 0 );
-    const Real* const start = columnsFrom( nodes, rows, first );
-    constexpr std::size_t whole = K / 4 * 4;
-    for ( std::size_t done = 0; done < whole; done += 4 )
+    if constexpr ( K > 1 )
     {
-        LaneRegister four[4];
-        Registers::loadColumns( start + done, rows.row, columns, four );
-        for ( std::size_t c = 0; c < 4; ++c )
-            values[done + c] = Lanes( four[c] );
+        const std::size_t columns = nodes.stride( 0 );
+        const Real* const start = columnsFrom( nodes, rows, first );
+        constexpr std::size_t whole = K / 4 * 4;
+        for ( std::size_t done = 0; done < whole; done += 4 )
+        {
+            LaneRegister four[4];
+            Registers::loadColumns( start + done, rows.row, columns, four );
+            for ( std::size_t c = 0; c < 4; ++c )
+                values[done + c] = Lanes( four[c] );
+        }
+        // An odd one comes with its neighbour: alone it takes more shuffles.
+        for ( std::size_t done = whole; done < K; done += 2 )
+        {
+            const std::size_t from = Kokkos::min( done, K - 2 );
+            LaneRegister two[2];
+            Registers::loadColumns( start + from, rows.row, columns, two );
+            values[from] = Lanes( two[0] );
+            values[from + 1] = Lanes( two[1] );
+        }
+        return;
     }
-    if constexpr ( K - whole >= 2 )
-    {
-        LaneRegister two[2];
-        Registers::loadColumns( start + whole, rows.row, columns, two );
-        values[whole] = Lanes( two[0] );
-        values[whole + 1] = Lanes( two[1] );
-    }
-    constexpr std::size_t done = K / 2 * 2;
-#else
-    constexpr std::size_t done = 0;
 #endif
-    for ( std::size_t c = done; c < K; ++c )
+    for ( std::size_t c = 0; c < K; ++c )
         values[c] = at( nodes, rows, first + static_cast<int>( c ) );
 }
 

@@ -35,7 +35,6 @@ enum FaceMotion : int
     MeanNormalised, //!< d / den of the mean of v and v', 1/time
     Normalised,     //!< theta d / den^2 of v', 1/time: over the filling, but
                     //!< none at the edge of a vacuum
-    Difference,     //!< d of v', 1/time
     Excess,         //!< theta - 1
     Rough,          //!< (1 - psi) max(-d, 0) of v', 1/time
     face_columns
@@ -121,7 +120,6 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
                 faces( i, face + MeanNormalised ) =
                     0.5_rt * ( difference( i, a ) + d ) / den;
                 faces( i, face + Normalised ) = theta * d / ( den * den );
-                faces( i, face + Difference ) = d;
                 faces( i, face + Excess ) = theta - 1;
                 if ( !Limited )
                     continue;

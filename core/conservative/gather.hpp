@@ -33,7 +33,7 @@ struct Gathered
     Number filling{ 0.0 };            //!< sum over axes and faces of
                                       //!< w (theta - 1)
     VectorOf<Dim, Number> crowding{}; //!< h times the gradient of theta
-    Number divergence{ 0.0 };         //!< D of v'
+    Number divergence{ 0.0 };         //!< trace of the affine fit of v'
     Number rough{ 0.0 };              //!< sum over axes and faces of
                                       //!< w (1 - psi) max(-d, 0)
 
@@ -50,6 +50,7 @@ struct Gathered
             const NodeView& faces, const VectorOf<Dim, Number>& v,
             const VectorOf<Dim, Number> ( &C )[Dim] )
     {
+        VectorOf<Dim, Number> widening{}; // fit of v'_a along a
         forEachLine(
             s, layout,
             [&]( const auto& line ) MACHPOINT_INLINE
@@ -60,7 +61,7 @@ struct Gathered
                         u[a] += C[a][b] * line.dx[b];
                 // Sums along the line, its own weight still to come.
                 VectorOf<Dim, Number> steps{}, fits{}, futures{};
-                Number all_squares( 0.0 );
+                Number all_squares( 0.0 ), along( 0.0 );
                 for ( int i = 0; i < Basis::nodes; ++i )
                 {
                     // v, v', 1 - beta and padding
@@ -80,6 +81,8 @@ struct Gathered
                         steps[a] += w * step;
                         fits[a] += w_fit * step;
                         futures[a] += w * future;
+                        if ( a == 0 )
+                            along += w_fit * future;
                         step_squared += step * step;
                         lag_squared += lag * lag;
                     }
@@ -91,6 +94,8 @@ struct Gathered
                 {
                     change[a] += line.weight * steps[a];
                     ahead[a] += line.weight * futures[a];
+                    widening[a] +=
+                        line.fit[a] * ( a == 0 ? along : futures[a] );
                     for ( int b = 0; b < Dim; ++b )
                         fit[a][b] +=
                             line.fit[b] * ( b == 0 ? fits[a] : steps[a] );
@@ -100,11 +105,10 @@ struct Gathered
                      [&]( const auto& f ) MACHPOINT_INLINE
                      {
                          Number face[Rearranges || Limited ? face_columns
-                                                           : Difference + 1];
+                                                           : Normalised + 1];
                          loadRow( faces, f.row, face, face_columns * f.axis );
                          expansion += f.weight * face[MeanNormalised];
                          next += f.weight * face[Normalised];
-                         divergence += f.weight * face[Difference];
                          if constexpr ( Rearranges )
                          {
                              filling += f.weight * face[Excess];
@@ -116,6 +120,7 @@ struct Gathered
         for ( int a = 0; a < Dim; ++a )
         {
             ahead[a] += v[a];
+            divergence += slopeOfFit<Basis>( widening[a], grid.inverse[a] );
         }
     }
 };

@@ -44,28 +44,36 @@ double stableTimeStep( const State<Dim>& state,
         const auto moments = state.nodes.moments;
         const auto layout = state.layout;
         const auto inverse = state.grid.inverse;
-        Real kappa = state.grid.cellVolume() * Basis::halfway_mean_square;
+        Real factor = response.exponent * state.grid.cellVolume() *
+                      Basis::halfway_mean_square;
         for ( int a = 1; a < Dim; ++a )
-            kappa *= Basis::mean_square;
+            factor *= Basis::mean_square;
         Real stiffness = 0;
         Kokkos::parallel_reduce(
             "Machpoint::stableTimeStep", Range( 0, layout.total ),
             MACHPOINT_LAMBDA( const int i, Real& most ) {
-                if ( !layout.isOwned( layout.indices( i ) ) )
-                    return;
                 Real sum = 0;
                 for ( int a = 0; a < Dim; ++a )
                     for ( const int f : { i - layout.stride[a], i } )
                     {
-                        const Real theta = moments( f, theta_column<Dim> + a );
+                        // The outermost nodes, which are nobody's, have no
+                        // face on one side.
+                        const int row = Kokkos::max( f, 0 );
+                        const Real theta =
+                            moments( row, theta_column<Dim> + a );
                         if ( theta < least_filling )
                             return;
-                        const Real p =
-                            moments( f, pressure_column<Dim> + a ) / theta;
-                        sum += response.exponent * ( p + response.reference ) *
-                               inverse[a] * inverse[a] / theta;
+                        const Real pressed =
+                            moments( row, pressure_column<Dim> + a );
+                        sum += ( pressed + response.reference * theta ) *
+                               inverse[a] * inverse[a] / ( theta * theta );
                     }
-                most = Kokkos::max( most, kappa * sum / moments( i, 0 ) );
+                // Few nodes are the stiffest so far; only then it matters
+                // whose they are.
+                const Real m = moments( i, 0 );
+                if ( most * m < factor * sum &&
+                     layout.isOwned( layout.indices( i ) ) )
+                    most = factor * sum / m;
             },
             Kokkos::Max<Real>( stiffness ) );
         if ( stiffness > 0 )
