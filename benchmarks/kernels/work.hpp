@@ -72,7 +72,7 @@ class WorkOfStep
 
     //! x, v, m, V, p, and C of an affine method; mass, momentum and force.
     //! `conservative` reads c and two numbers of the flow, too, with `midpoint`
-    //! the last expansion, and writes the working pressure; on nodes mass,
+    //! two expansions, and writes the working pressure; on nodes mass,
     //! momentum, theta, pressure and blend.
     Work particlesToGrid() const
     {
@@ -82,7 +82,7 @@ class WorkOfStep
             return work( 2 * D + affine + 3, 1 + 2 * D,
                          stencil() + N * ( 3 + 5 * D + 2 * affine ) );
         const Real ahead = s.midpoint ? 64 + 2 * D : 0;
-        return work( 2 * D + affine + 7 + ( s.midpoint ? 1 : 0 ), 2 + 3 * D,
+        return work( 2 * D + affine + 7 + ( s.midpoint ? 2 : 0 ), 2 + 3 * D,
                      stencil() + N * ( 5 + D * ( 2 * D + 2 ) ) + 5 * faces +
                          20 + ahead );
     }
@@ -92,7 +92,7 @@ class WorkOfStep
     //! and writes and reads a second velocity on nodes; `conservative` reads c,
     //! beta and theta, writes four fields on faces and two numbers of the flow,
     //! and with `midpoint` reads the expansion that the particle remembers, and
-    //! writes that and the velocity that it will.
+    //! writes that, the next and the velocity that it will.
     Work gridToParticles() const
     {
         const Real N = stencil_nodes;
@@ -107,11 +107,11 @@ class WorkOfStep
         const Real tail = 4 * D + 5 * D * D + 12;
         if ( is_conservative )
             return work( 2 * D + D * D + 5 + written + 2 +
-                             ( s.midpoint ? D + 2 : 0 ),
+                             ( s.midpoint ? D + 3 : 0 ),
                          2 * D + 1 + D + 4 * D,
-                         stencil() + N * ( 2 + D * ( 13 + 4 * D ) ) +
+                         stencil() + N * ( 4 + D * ( 13 + 4 * D ) ) +
                              12 * faces + tail + 28 + 1.5 * D * ( D - 1 ),
-                         16 * D );
+                         19 * D );
         return work( 2 * D + D * D + 4 + written, 2 * D,
                      stencil() + N * ( 2 * D * D + D * ( 13 + 2 * D ) ) +
                          tail );
@@ -169,7 +169,7 @@ class WorkOfStep
     Real columns() const
     {
         const Real sidecars =
-            is_conservative ? 2 + D + 1 + ( s.midpoint ? D + 1 : 0 ) : 0;
+            is_conservative ? 2 + D + 1 + ( s.midpoint ? D + 2 : 0 ) : 0;
         return s.particle_bytes / column + sidecars;
     }
 
