@@ -207,11 +207,11 @@ void forEachBlock( const char* label, const State<Dim>& state, const Sums& sums,
 {
     const auto x = state.particles.template slice<Position>();
     const int n = state.particles.size();
-    forEachShare<Impl::stencil_blocks<Dim, Sums>>(
-        label, countPacks( n ),
-        Impl::BlockTurns<Between, Basis, Dim, decltype( x ), Sums, Act,
-                         Deposit>{ x, state.grid, state.layout, n, sums, act,
-                                   deposit } );
+    // Both parts in a thread's 128 registers would keep numbers in memory.
+    forEachShare<3>( label, countPacks( n ),
+                     Impl::BlockTurns<Between, Basis, Dim, decltype( x ), Sums,
+                                      Act, Deposit>{
+                         x, state.grid, state.layout, n, sums, act, deposit } );
 }
 
 //! Velocity v + C dx of an affine field at a distance dx.
