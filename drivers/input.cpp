@@ -80,7 +80,7 @@ Parameters inputParameters( const int dimension )
         .above( 0 )
         .atMost( 100 )
         .source( "stable up to the limits in docs/stability.md; 0.8 for "
-                 "midpoint, else 0.4" )
+                 "midpoint, on the linear basis 0.5, else 0.4" )
         .optional();
     time.integer( "retries", "how often a step that breaks the gas is repeated "
                              "with half its length before the run ends" )
@@ -514,7 +514,8 @@ void fillMethodDefaults( Json& input )
               const auto& part : parts.keys() )
             fill( method, part.name, *part.default_value );
     fill( input.at( "time" ), "cfl",
-          ConservativeParts::defaultCfl( method.at( "time" ) ) );
+          ConservativeParts::defaultCfl( method.at( "time" ),
+                                         method.at( "basis" ) ) );
     for ( auto& entry : input.at( "boundary" ) )
         if ( entry.at( "type" ) == "obstacle" )
             fill( entry, "treatment", conservative ? "images" : "projection" );

@@ -85,7 +85,7 @@ FOLLOWED = {
             "type": "box", "lower": [-1, -1], "upper": [1.2, 3]}}, 25),
     "gravity, linear": ("gravity_column", {
         **method("conservative", "linear"), "initial.0.region": {
-            "type": "box", "lower": [-1], "upper": [0.3]}}, 25),
+            "type": "box", "lower": [-1], "upper": [0.3]}}, 40),
 }
 OFTEN = {"every": 5, "threshold": 1.05}
 # The same to the last bit: every kind of sum. Scene, changes, steps, ranks.

@@ -380,6 +380,25 @@ for scene_name in SCENES:
     add_scene_test(scene_name)
 
 
+class Convergence(InputTest):
+
+    def test_a_wave_on_every_basis(self):
+        """A step that is too long on some basis feeds noise with cells."""
+        for basis in ["linear", "quadratic", "cubic"]:
+            with self.subTest(basis), tempfile.TemporaryDirectory() as folder:
+                error = {}
+                for cells in [128, 256, 512]:
+                    summary = self.run_scene(
+                        pathlib.Path(folder) / str(cells),
+                        INPUTS[0].parent / "acoustic_wave.json", "--set",
+                        f'method.basis="{basis}"', "--set",
+                        f"grid.cells=[{cells}]")
+                    error[cells] = summary["errors"]["density"]["L1"]
+                self.assertLess(error[256], 0.8 * error[128])
+                self.assertLess(error[512], 0.8 * error[256])
+                self.assertLess(error[512], 5e-4)
+
+
 class RotatedTube(InputTest):
 
     def test_it_equals_the_aligned_one(self):

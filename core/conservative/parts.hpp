@@ -53,10 +53,14 @@ struct ConservativeParts
 
     //! Default of the key `time`.
     static constexpr const char* default_time = "midpoint";
-    //! Default of the input's `time.cfl`. \param time the integrator
-    static double defaultCfl( const std::string& time )
+    //! Default of the input's `time.cfl`. (Hats know no bound on the step:
+    //! stableTimeStep.) \param time the integrator
+    static double defaultCfl( const std::string& time,
+                              const std::string& basis )
     {
-        return time == "midpoint" ? 0.8 : 0.4;
+        if ( time != "midpoint" )
+            return 0.4;
+        return basis == "linear" ? 0.5 : 0.8;
     }
 
     //! The keys. Their defaults are those of a dimension; 0 stands for more
