@@ -29,6 +29,10 @@ struct Linear
     static constexpr int halo = 0;         //!< layers reached beyond the box
     static constexpr bool centred = false; //!< nodes at vertices
     static constexpr bool constant_moment = false;
+    //! Sum of the squares of the weights, its mean over a cell, and the same
+    //! of the weights halfway between nodes.
+    static constexpr Real mean_square = 2.0_rt / 3;
+    static constexpr Real halfway_mean_square = 1;
 
     KOKKOS_INLINE_FUNCTION static int first( const int cell ) { return cell; }
     template <class Number>
@@ -73,8 +77,6 @@ struct Quadratic
     static constexpr int halo = 1;
     static constexpr bool centred = true;
     static constexpr bool constant_moment = true;
-    //! Sum of the squares of the weights, its mean over a cell, and the same
-    //! of the weights halfway between nodes.
     static constexpr Real mean_square = 11.0_rt / 20;
     static constexpr Real halfway_mean_square = 2.0_rt / 3;
 

@@ -513,6 +513,13 @@ CASES = [
          [{"time.cfl": cfl} for cfl in (0.795, 0.8)],
          {"worst density scatter, 64²": at_most(0.005, VORTICES)},
          methods=("conservative",)),
+    Case("taylor_green_linear", "2D", "taylor_green",
+         "the same on hats, CFL 0.5 to 1.2", worst_scatter,
+         [{"method.basis": "linear", "time.cfl": cfl}
+          for cfl in (0.5, 0.65, 0.8, 1.0, 1.2)],
+         [{"method.basis": "linear", "time.cfl": 0.8, "time.end": 0.3}],
+         {"worst density scatter, 64²": at_most(0.03, "no CFL number tells")},
+         methods=("conservative",)),
     Case("kelvin_helmholtz", "2D", "kelvin_helmholtz", "shear layers",
          growth_of_shear, [{"grid.cells": [n, n], "output.every": 0.1}
                            for n in (64, 128)],

@@ -53,8 +53,8 @@ struct ConservativeParts
 
     //! Default of the key `time`.
     static constexpr const char* default_time = "midpoint";
-    //! Default of the input's `time.cfl`. (Hats know no bound on the step:
-    //! stableTimeStep.) \param time the integrator
+    //! Default of the input's `time.cfl`; on hats shocks ask for shorter
+    //! steps. \param time the integrator
     static double defaultCfl( const std::string& time,
                               const std::string& basis )
     {
