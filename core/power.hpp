@@ -32,25 +32,22 @@ KOKKOS_FORCEINLINE_FUNCTION Number exponential( const Number& x )
     return eighth * eighth;
 }
 
-//! log(x), to 1e-11 for 0.2 < x < 5; 0 for 1. \param x > 0
-template <class Number>
-KOKKOS_FORCEINLINE_FUNCTION Number logarithm( const Number& x )
-{
-    // 2 log r = 4 artanh((r - 1) / (r + 1)) with r = x^(1/2).
-    const Number r = Kokkos::sqrt( x );
-    const Number s = ( r - 1 ) / ( r + 1 );
-    const Number square = s * s;
-    Number sum( 1.0_rt / 25 );
-    for ( int k = 23; k > 0; k -= 2 )
-        sum = 1.0_rt / k + square * sum;
-    return 4 * s * sum;
-}
+/*!
+  \brief (1 + a)^y for a >= -.6 and |y| <= 8; 1 for a = 0.
 
-//! x^y, to 1e-10 of it for 0.2 < x < 5 and |y| < 2; 1 for x = 1.
+  The square of Pade's approximant of (1 + a)^(y/2) with two powers of a above
+  and below: to y (y^2 - 4) (y^2 - 16) / 11520 a^5 of it.
+*/
 template <class Number>
-KOKKOS_FORCEINLINE_FUNCTION Number power( const Number& x, const Real y )
+KOKKOS_FORCEINLINE_FUNCTION Number powerNearOne( const Number& a, const Real y )
 {
-    return exponential( Number( y * logarithm( x ) ) );
+    const Real m = 0.5_rt * y;
+    const Number above =
+        1 + a * ( ( 2 + m ) / 2 + ( 1 + m ) * ( 2 + m ) / 12 * a );
+    const Number below =
+        1 + a * ( ( 2 - m ) / 2 + ( 1 - m ) * ( 2 - m ) / 12 * a );
+    const Number root = above / below;
+    return root * root;
 }
 
 } // namespace Machpoint

@@ -40,6 +40,25 @@ KOKKOS_INLINE_FUNCTION constexpr bool leavesNothing()
         return std::is_void_v<std::invoke_result_t<Prepare, int>>;
 }
 
+//! The places of two things that are made in turn, one ahead of the other.
+template <class T>
+class TwoPlaces
+{
+  public:
+    template <class Make>
+    KOKKOS_FORCEINLINE_FUNCTION void make( const int k, const Make& make )
+    {
+        new ( _bytes[k & 1] ) T( make( k ) );
+    }
+    KOKKOS_FORCEINLINE_FUNCTION T& operator()( const int k )
+    {
+        return *std::launder( reinterpret_cast<T*>( _bytes[k & 1] ) );
+    }
+
+  private:
+    alignas( T ) std::byte _bytes[2][sizeof( T )];
+};
+
 /*!
   \brief Calls prepare( k ) for k from `first` on, and a turn later add() of
   what it returned, if anything.
@@ -57,15 +76,39 @@ KOKKOS_FORCEINLINE_FUNCTION void addBehind( const int first, const int last,
             prepare( k );
     else if ( first < last )
     {
-        using Ready = std::invoke_result_t<Prepare, int>;
-        alignas( Ready ) std::byte places[2][sizeof( Ready )];
+        TwoPlaces<std::invoke_result_t<Prepare, int>> ready;
         for ( int k = first; k <= last; ++k )
         {
             if ( k < last )
-                new ( places[k & 1] ) Ready( prepare( k ) );
+                ready.make( k, prepare );
             if ( k > first )
-                std::launder( reinterpret_cast<Ready*>( places[~k & 1] ) )
-                    ->add();
+                ready( k - 1 ).add();
+        }
+    }
+}
+
+/*!
+  \brief Calls visit( k, make( k ) ) for k from `first` on, where a processor
+  works on several particles with make( k + 1 ) ahead of it: the chain of
+  operations that leads to a pack's first nodes is long.
+*/
+template <class Make, class Visit>
+KOKKOS_FORCEINLINE_FUNCTION void makeAhead( const int first, const int last,
+                                            const Make& make,
+                                            const Visit& visit )
+{
+    if constexpr ( lane_count == 1 )
+        for ( int k = first; k < last; ++k )
+            visit( k, make( k ) );
+    else if ( first < last )
+    {
+        TwoPlaces<std::invoke_result_t<Make, int>> made;
+        made.make( first, make );
+        for ( int k = first; k < last; ++k )
+        {
+            if ( k + 1 < last )
+                made.make( k + 1, make );
+            visit( k, made( k ) );
         }
     }
 }
@@ -88,24 +131,35 @@ struct StencilTurns
         Own<NodeLayout<Dim>> own_layout = layout;
         Own<Body> own_body = body;
         const int all = n;
-        [[maybe_unused]] const auto thread = sums.thread();
-        auto turn = [&]( const int k ) MACHPOINT_INLINE
+        auto stencilOf = [&]( const int k ) MACHPOINT_INLINE
         {
-            const Pack p = Pack::of( k, all );
-            const Stencil<Basis, Dim, Lanes> s( own_grid, own_layout,
-                                                loadVector<Dim>( own_x, p ) );
-            if constexpr ( std::is_same_v<Sums, NoSums> )
-                own_body( p, s );
-            else
-                return own_body( p, s, accessTo( thread, p, s, own_layout ) );
+            return Stencil<Basis, Dim, Lanes>(
+                own_grid, own_layout,
+                loadVector<Dim>( own_x, Pack::of( k, all ) ) );
         };
-        addBehind( first, last, turn );
+        if constexpr ( std::is_same_v<Sums, NoSums> )
+            makeAhead( first, last, stencilOf,
+                       [&]( const int k, const Stencil<Basis, Dim, Lanes>& s )
+                           MACHPOINT_INLINE
+                       { own_body( Pack::of( k, all ), s ); } );
+        else
+        {
+            const auto thread = sums.thread();
+            addBehind( first, last,
+                       [&]( const int k ) MACHPOINT_INLINE
+                       {
+                           const Pack p = Pack::of( k, all );
+                           const auto s = stencilOf( k );
+                           return own_body(
+                               p, s, accessTo( thread, p, s, own_layout ) );
+                       } );
+        }
     }
 };
 
-//! Packs of a block of forEachBlock: what is between its parts fills a quarter
-//! of the first cache at most.
-inline constexpr int block_packs = lane_count > 1 ? 64 : 1;
+//! Packs of a block of forEachBlock: as many as its first part fetches ahead, so
+//! that what the next block reads there arrives while this one deposits.
+inline constexpr int block_packs = lane_count > 1 ? 8 : 1;
 
 template <class Between, class Basis, int Dim, class Positions, class Sums,
           class Act, class Deposit>

@@ -117,16 +117,18 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
             const Lanes divergence = load( flow, p );
             const Lanes phi = load( limiter, p );
             const Lanes sound = load( c, p );
-            const Lanes density = load( m, p ) / load( V, p );
-            const Lanes q = working.viscous( divergence, phi, density, sound );
-            const Lanes zero( 0.0 );
-            Lanes at_start = density;
+            Lanes volume = load( V, p ); // at the step's start
+            Lanes ahead( 0.0 );
             if ( midpoint )
-                at_start *=
+            {
+                volume *=
                     driftFactor( working.ahead, load( last_expansion, p ) );
-            own.pressure =
-                working.pressure( load( pressure, p ), q, at_start, sound,
-                                  midpoint ? load( next_expansion, p ) : zero );
+                ahead = load( next_expansion, p );
+            }
+            const Lanes density = load( m, p ) / volume;
+            const Lanes q = working.viscous( divergence, phi, density, sound );
+            own.pressure = working.pressure( load( pressure, p ), q, density,
+                                             sound, ahead );
             own.blend = working.blend( divergence, phi, sound );
             store( acting, own.pressure, p );
         },

@@ -29,16 +29,17 @@ enum DriftMember : std::size_t
 namespace Impl
 {
 
-//! Change of volume while the particle drifts for `time`.
+//! Volume before a particle drifts for `time` over that after it: 1 - time D,
+//! so that neither P2G nor G2P has to divide by it.
 KOKKOS_FORCEINLINE_FUNCTION Lanes driftFactor( const Real time,
                                                const Lanes& last_expansion )
 {
-    return Kokkos::max( 1 + time * last_expansion, Lanes( 0.2 ) );
+    return Kokkos::max( 1 - time * last_expansion, Lanes( 0.5 ) );
 }
 
 /*!
   \brief Half a step of motion and expansion at the rates of the last step:
-  x += dt/2 U, V *= 1 + dt/2 D.
+  x += dt/2 U, V /= 1 - dt/2 D.
 
   Transfer, force and work then act at the half step, which makes the step
   second order in any dimension; see gatherParticles for the other half. A
@@ -70,7 +71,7 @@ void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
             Lanes heat( 0.0 );
             VectorOf<Dim, Lanes> way{};
             store( next_V,
-                   load( V, p ) * driftFactor( half, load( expansion, p ) ),
+                   load( V, p ) / driftFactor( half, load( expansion, p ) ),
                    p );
             for ( int b = 0; b < Dim; ++b )
             {

@@ -143,9 +143,9 @@ KOKKOS_FORCEINLINE_FUNCTION Number relaxationRate( const Number& excess,
     const Number clipped = clip( excess, Number( -0.5 ), Number( 0.5 ) );
     auto past = [clipped]( const Real band )
     { return clipped - clip( clipped, Number( -band ), Number( band ) ); };
-    auto notable = [fastest]( const Number& rate )
+    auto notable = [fastest, inverse = 1 / fastest]( const Number& rate )
     {
-        const Number part = rate / fastest;
+        const Number part = rate * inverse;
         return choose( rate < fastest, Number( rate * part * part ), rate );
     };
     return notable( Kokkos::abs( expansion ) ) * past( 0.02_rt ) +
@@ -185,16 +185,21 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes limiterOf(
     const VectorOf<Dim, Lanes> ( &C )[Dim], const Lanes& sound, const Real h )
 {
     const Lanes zero( 0.0 );
-    Lanes squares = zero; // |curl C|^2
-    for ( int a = 0; a < Dim; ++a )
-        for ( int b = a + 1; b < Dim; ++b )
+    Lanes spin = zero; // |curl C|
+    if constexpr ( Dim == 2 )
+        spin = Kokkos::abs( C[0][1] - C[1][0] );
+    else if constexpr ( Dim == 3 )
+    {
+        for ( int a = 0; a < Dim; ++a )
         {
-            const Lanes spin = C[a][b] - C[b][a];
-            squares += spin * spin;
+            const int b = ( a + 1 ) % Dim;
+            const Lanes part = C[a][b] - C[b][a];
+            spin += part * part;
         }
+        spin = Kokkos::sqrt( spin );
+    }
     const Lanes speed = Kokkos::abs( divergence );
-    const Lanes whole =
-        speed + Kokkos::sqrt( squares ) + ( 1e-4_rt / h ) * sound;
+    const Lanes whole = speed + spin + ( 1e-4_rt / h ) * sound;
     return choose( zero < sound, Lanes( Kokkos::min( speed, rough ) / whole ),
                    Lanes( 1.0 ) );
 }
@@ -367,7 +372,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             Lanes volume = old_V;
             if ( midpoint )
             {
-                volume /= driftFactor( ahead, load( last_expansion, p ) );
+                volume *= driftFactor( ahead, load( last_expansion, p ) );
                 store( expansion, g.expansion, p );
                 store( next_expansion, g.next, p );
             }

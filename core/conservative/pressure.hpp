@@ -39,8 +39,8 @@ struct WorkingGas
 
     /*!
       \brief p + q after `ahead` of isentropic change, and q's heat:
-      p + K (J^-g - 1) - gruneisen ahead q D / J + q with K = rho c^2 / g and
-      J = max(.2, 1 + ahead D). A pressure below vacuum is vacuum's, p - K.
+      p + K (J^-g - 1) - gruneisen ahead q D + q with K = rho c^2 / g and
+      J = max(.4, 1 + ahead D). A pressure below vacuum is vacuum's, p - K.
       \param p, density, sound the particle's at the step's start
       \param expansion D over the filling, 1/time
     */
@@ -51,10 +51,10 @@ struct WorkingGas
     {
         if ( ahead == 0 )
             return p + q;
-        const Lanes J = Kokkos::max( 1 + ahead * expansion, Lanes( 0.2 ) );
+        const Lanes growth = Kokkos::max( ahead * expansion, Lanes( -0.6 ) );
         const Lanes K = density * sound * sound * ( 1 / response.exponent );
-        const Lanes advanced = K * power( J, -response.exponent ) -
-                               response.gruneisen * ahead * q * expansion / J;
+        const Lanes advanced = K * powerNearOne( growth, -response.exponent ) -
+                               response.gruneisen * q * growth;
         return Kokkos::max( advanced, Lanes( 0.0 ) ) + ( p - K ) + q;
     }
 
