@@ -117,18 +117,15 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
             const Lanes divergence = load( flow, p );
             const Lanes phi = load( limiter, p );
             const Lanes sound = load( c, p );
-            Lanes volume = load( V, p ); // at the step's start
-            Lanes ahead( 0.0 );
-            if ( midpoint )
-            {
-                volume *=
-                    driftFactor( working.ahead, load( last_expansion, p ) );
-                ahead = load( next_expansion, p );
-            }
-            const Lanes density = load( m, p ) / volume;
+            const Lanes zero( 0.0 );
+            const Lanes last = midpoint ? load( last_expansion, p ) : zero;
+            const Lanes next = midpoint ? load( next_expansion, p ) : zero;
+            const Lanes density = // at the step's start
+                load( m, p ) /
+                ( load( V, p ) * driftFactor( working.ahead, last ) );
             const Lanes q = working.viscous( divergence, phi, density, sound );
             own.pressure = working.pressure( load( pressure, p ), q, density,
-                                             sound, ahead );
+                                             sound, next );
             own.blend = working.blend( divergence, phi, sound );
             store( acting, own.pressure, p );
         },
