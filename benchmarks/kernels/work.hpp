@@ -81,7 +81,7 @@ class WorkOfStep
         if ( !is_conservative )
             return work( 2 * D + affine + 3, 1 + 2 * D,
                          stencil() + N * ( 3 + 5 * D + 2 * affine ) );
-        const Real ahead = s.midpoint ? 64 + 2 * D : 0;
+        const Real ahead = s.midpoint ? 26 + 2 * D : 0;
         return work( 2 * D + affine + 7 + ( s.midpoint ? 2 : 0 ), 2 + 3 * D,
                      stencil() + N * ( 5 + D * ( 2 * D + 2 ) ) + 5 * faces +
                          20 + ahead );
