@@ -117,15 +117,18 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
             const Lanes divergence = load( flow, p );
             const Lanes phi = load( limiter, p );
             const Lanes sound = load( c, p );
-            const Lanes zero( 0.0 );
-            const Lanes last = midpoint ? load( last_expansion, p ) : zero;
-            const Lanes next = midpoint ? load( next_expansion, p ) : zero;
-            const Lanes density = // at the step's start
-                load( m, p ) /
-                ( load( V, p ) * driftFactor( working.ahead, last ) );
+            Lanes volume = load( V, p ); // at the step's start
+            Lanes ahead( 0.0 );
+            if ( midpoint )
+            {
+                volume *=
+                    driftFactor( working.ahead, load( last_expansion, p ) );
+                ahead = load( next_expansion, p );
+            }
+            const Lanes density = load( m, p ) / volume;
             const Lanes q = working.viscous( divergence, phi, density, sound );
             own.pressure = working.pressure( load( pressure, p ), q, density,
-                                             sound, next );
+                                             sound, ahead );
             own.blend = working.blend( divergence, phi, sound );
             store( acting, own.pressure, p );
         },
