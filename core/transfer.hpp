@@ -157,8 +157,9 @@ struct StencilTurns
     }
 };
 
-//! Packs of a block of forEachBlock: as many as its first part fetches ahead,
-//! so that what the next block reads there arrives while this one deposits.
+//! Packs of a block of forEachBlock: as many as its first part fetches ahead
+//! (on Zen 5, and with AVX2), so that what the next block reads there arrives
+//! while this one deposits.
 inline constexpr int block_packs = lane_count > 1 ? 8 : 1;
 
 template <class Between, class Basis, int Dim, class Positions, class Sums,
