@@ -277,6 +277,19 @@ KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
                         is_zen && !is_zen5 ? 2 : 3 );
 }
 
+//! Fetches two cache lines of a node field from the start of a row on. \tparam
+//! Writes are its rows added to?
+template <bool Writes>
+KOKKOS_FORCEINLINE_FUNCTION void prefetchRows( const Real* const field,
+                                               const std::ptrdiff_t columns,
+                                               const int row )
+{
+    const auto* const start =
+        reinterpret_cast<const char*>( field + row * columns );
+    __builtin_prefetch( start, Writes, 3 );
+    __builtin_prefetch( start + 64, Writes, 3 );
+}
+
 // A slice of an AoSoA holds as many neighbours as its tiles are long, and packs
 // never cross tiles.
 template <class Slice, class... D>

@@ -177,7 +177,8 @@ void gridToParticlesApic( const State<Dim>& state )
             store( next_e, new_e, p );
             store( next_V, new_V, p );
             note( p, old_x, new_x, new_v, new_V, new_e );
-        } );
+        },
+        velocities );
 }
 } // namespace Impl
 

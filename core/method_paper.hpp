@@ -42,7 +42,8 @@ void updateParticleVelocity( State<Dim>& state )
                              } );
                 for ( int d = 0; d < Dim; ++d )
                     store( next_v, load( v, p, d ) + change[d], p, d );
-            } );
+            },
+        velocities );
     state.particles.template reached<Velocity>();
 }
 
@@ -139,7 +140,8 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
                 store( next_V, new_V, p );
                 note( p, old_x, new_x, loadVector<Dim>( new_v, p ), new_V,
                       new_e );
-            } );
+            },
+        velocities, velocity );
 }
 } // namespace Impl
 

@@ -113,7 +113,55 @@ KOKKOS_FORCEINLINE_FUNCTION void makeAhead( const int first, const int last,
     }
 }
 
-template <class Basis, int Dim, class Positions, class Sums, class Body>
+//! A node field that packs read.
+struct FieldAhead
+{
+    const Real* data;
+    int columns;
+};
+
+//! Nodes from a pack's first to those that are fetched, some four packs of a
+//! lattice with 4 particles a cell.
+inline constexpr int nodes_ahead = 8;
+
+/*!
+  \brief Tells the processor to fetch rows of a field for the packs to come: of
+  the last line of a pack's stencils, which those before have not read yet, and
+  of the one behind it, where particles of the next cells may be.
+
+  It does not foresee these itself: they are as far apart as the particles of a
+  line of cells, whose own memory is read in between. In 1D all is in one line;
+  in 3D it does not pay (docs/performance_tried.md).
+  \param base first row of each lane's stencil
+*/
+template <class Basis, bool Writes, int Dim>
+KOKKOS_FORCEINLINE_FUNCTION void
+fetchAhead( [[maybe_unused]] const FieldAhead& field,
+            [[maybe_unused]] const Bases<Lanes>& base,
+            [[maybe_unused]] const NodeLayout<Dim>& layout )
+{
+#ifdef MACHPOINT_HAS_LANES
+    if constexpr ( Dim == 2 && lane_count > 1 )
+        for ( int line = Basis::nodes - 1; line <= Basis::nodes; ++line )
+            prefetchRows<Writes>( field.data, field.columns,
+                                  lane( base, 0 ) + nodes_ahead +
+                                      line * layout.stride[1] );
+#endif
+}
+
+//! The same of the sums that a pack adds to.
+template <class Basis, int Dim, class Access>
+KOKKOS_FORCEINLINE_FUNCTION void
+fetchSumsAhead( [[maybe_unused]] const Access& nodes, const Bases<Lanes>& base,
+                const NodeLayout<Dim>& layout )
+{
+    if constexpr ( std::is_same_v<Access, NodeScatter::Access> )
+        fetchAhead<Basis, true>( FieldAhead{ nodes.sums, nodes.columns }, base,
+                                 layout );
+}
+
+template <class Basis, int Dim, class Positions, class Sums, class Body,
+          std::size_t Fields>
 struct StencilTurns
 {
     Positions x;
@@ -122,6 +170,7 @@ struct StencilTurns
     int n;
     Sums sums;
     Body body;
+    Kokkos::Array<FieldAhead, Fields> read;
 
     KOKKOS_FORCEINLINE_FUNCTION void operator()( const int first,
                                                  const int last ) const
@@ -138,10 +187,18 @@ struct StencilTurns
                 loadVector<Dim>( own_x, Pack::of( k, all ) ) );
         };
         if constexpr ( std::is_same_v<Sums, NoSums> )
+        {
+            const auto own_read = read;
             makeAhead( first, last, stencilOf,
                        [&]( const int k, const Stencil<Basis, Dim, Lanes>& s )
                            MACHPOINT_INLINE
-                       { own_body( Pack::of( k, all ), s ); } );
+                       {
+                           for ( std::size_t f = 0; f < Fields; ++f )
+                               fetchAhead<Basis, false>( own_read[f], s.base,
+                                                         own_layout );
+                           own_body( Pack::of( k, all ), s );
+                       } );
+        }
         else
         {
             const auto thread = sums.thread();
@@ -150,8 +207,10 @@ struct StencilTurns
                        {
                            const Pack p = Pack::of( k, all );
                            const auto s = stencilOf( k );
-                           return own_body(
-                               p, s, accessTo( thread, p, s, own_layout ) );
+                           const auto nodes =
+                               accessTo( thread, p, s, own_layout );
+                           fetchSumsAhead<Basis>( nodes, s.base, own_layout );
+                           return own_body( p, s, nodes );
                        } );
         }
     }
@@ -198,8 +257,9 @@ struct BlockTurns
                 const Pack p = Pack::of( k, all );
                 const Stencil<Basis, Dim, Lanes> s(
                     own_grid, own_layout, loadVector<Dim>( own_x, p ) );
-                return own_deposit( p, s, accessTo( thread, p, s, own_layout ),
-                                    valueOf( k ) );
+                const auto nodes = accessTo( thread, p, s, own_layout );
+                fetchSumsAhead<Basis>( nodes, s.base, own_layout );
+                return own_deposit( p, s, nodes, valueOf( k ) );
             };
             addBehind( begin, end, turn );
         }
@@ -212,26 +272,34 @@ template <int Dim, class Sums>
 inline constexpr int stencil_blocks =
     Dim == 3 && std::is_same_v<Sums, NoSums> ? 3 : 4;
 
-template <class Basis, int Dim, class Sums, class Body>
-void forEachStencil( const char* label, const State<Dim>& state,
-                     const Sums& sums, const Body& body )
+template <class Basis, int Dim, class Sums, class Body, class... Fields>
+void overStencils( const char* label, const State<Dim>& state, const Sums& sums,
+                   const Body& body, const Fields&... read )
 {
     const auto x = state.particles.template slice<Position>();
     const int n = state.particles.size();
     forEachShare<stencil_blocks<Dim, Sums>>(
         label, countPacks( n ),
-        StencilTurns<Basis, Dim, decltype( x ), Sums, Body>{
-            x, state.grid, state.layout, n, sums, body } );
+        StencilTurns<Basis, Dim, decltype( x ), Sums, Body, sizeof...( read )>{
+            x,
+            state.grid,
+            state.layout,
+            n,
+            sums,
+            body,
+            { FieldAhead{ read.data(),
+                          static_cast<int>( read.stride( 0 ) ) }... } } );
 }
 } // namespace Impl
 
 //! Calls body( p, s ) for the packs of particles and their stencils, in
-//! parallel: see forEach.
-template <class Basis, int Dim, class Body>
+//! parallel: see forEach. \param read NodeViews of which it reads all of a
+//! stencil, to be fetched ahead
+template <class Basis, int Dim, class Body, class... Fields>
 void forEachStencil( const char* label, const State<Dim>& state,
-                     const Body& body )
+                     const Body& body, const Fields&... read )
 {
-    Impl::forEachStencil<Basis>( label, state, Impl::NoSums{}, body );
+    Impl::overStencils<Basis>( label, state, Impl::NoSums{}, body, read... );
 }
 
 //! Calls body( p, s, nodes ) for the packs of particles, their stencils and the
@@ -241,7 +309,7 @@ template <class Basis, int Dim, class Sums, class Body>
 void forEachDeposit( const char* label, const State<Dim>& state,
                      const Sums& sums, const Body& body )
 {
-    Impl::forEachStencil<Basis>( label, state, sums, body );
+    Impl::overStencils<Basis>( label, state, sums, body );
 }
 
 /*!

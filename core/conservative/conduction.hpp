@@ -94,7 +94,8 @@ void conductHeat( State<Dim>& state, NodeSum& heat )
                                                  ( mean[3] - mean[2] * own ) );
                              } );
                 store( e, own + change, p );
-            } );
+            },
+        means );
 }
 
 } // namespace Impl

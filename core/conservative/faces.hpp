@@ -115,11 +115,13 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
                 };
                 const int face = face_columns * a;
                 const Real theta = moments( i, theta_column<Dim> + a );
-                const Real den = Kokkos::max( theta, least_filling );
+                const Real per_filling =
+                    1 / Kokkos::max( theta, least_filling );
                 const Real d = difference( i, Dim + a );
                 faces( i, face + MeanNormalised ) =
-                    0.5_rt * ( difference( i, a ) + d ) / den;
-                faces( i, face + Normalised ) = theta * d / ( den * den );
+                    0.5_rt * ( difference( i, a ) + d ) * per_filling;
+                faces( i, face + Normalised ) =
+                    theta * per_filling * ( d * per_filling );
                 faces( i, face + Excess ) = theta - 1;
                 if ( !Limited )
                     continue;

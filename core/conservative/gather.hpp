@@ -388,7 +388,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             }
             store( next_V, volume, p );
             note( p, old_x, new_x, new_v, volume, new_e );
-        } );
+        },
+        velocities, faces );
 }
 
 /*!

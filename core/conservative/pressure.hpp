@@ -95,27 +95,33 @@ void applyPressure( const State<Dim>& state, const Real least_filling,
     forEach(
         "Machpoint::applyPressure", layout.total,
         MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
-            auto pressure = [&]( const int row, const int a )
+            // Of the faces before and behind the node along each axis; one
+            // after the other their divisions would take longer than memory.
+            Real pressure[2 * Dim], filling[2 * Dim];
+            for ( int f = 0; f < 2 * Dim; ++f )
             {
-                return row < 0 ? 0.0_rt
-                               : moments( row, pressure_column<Dim> + a ) /
-                                     Kokkos::max(
-                                         moments( row, theta_column<Dim> + a ),
-                                         least_filling );
-            };
+                const int a = f / 2;
+                const int row = i - ( f % 2 == 0 ? layout.stride[a] : 0 );
+                const int known = Kokkos::max( row, 0 ); // 0 ahead of the first
+                pressure[f] = row < 0
+                                  ? 0.0_rt
+                                  : moments( known, pressure_column<Dim> + a );
+                filling[f] = Kokkos::max(
+                    moments( known, theta_column<Dim> + a ), least_filling );
+            }
+            for ( int f = 0; f < 2 * Dim; ++f )
+                pressure[f] /= filling[f];
             const Real m = moments( i, 0 );
+            const Real per_mass = m > 0 ? 1 / m : 0.0_rt;
             for ( int a = 0; a < Dim; ++a )
             {
-                const Real force =
-                    cell_volume * inverse[a] *
-                    ( pressure( i - layout.stride[a], a ) - pressure( i, a ) );
+                const Real force = cell_volume * inverse[a] *
+                                   ( pressure[2 * a] - pressure[2 * a + 1] );
                 velocities( i, Dim + a ) =
-                    velocities( i, a ) + ( m > 0 ? dt * force / m : 0.0_rt );
+                    velocities( i, a ) + dt * force * per_mass;
             }
-            velocities( i, 2 * Dim ) =
-                m > 0 ? Kokkos::max( 0.0_rt,
-                                     own - moments( i, blend_column<Dim> ) / m )
-                      : own;
+            velocities( i, 2 * Dim ) = Kokkos::max(
+                0.0_rt, own - moments( i, blend_column<Dim> ) * per_mass );
         } );
 }
 
