@@ -153,6 +153,25 @@ KOKKOS_FORCEINLINE_FUNCTION Number pick( const Number ( &values )[N],
 #endif
 }
 
+/*!
+  \brief Tells a CPU to fetch memory of a node field from the start of a row on.
+  \tparam Writes are rows added to or written? \tparam Lines of the cache
+*/
+template <bool Writes, int Lines>
+KOKKOS_FORCEINLINE_FUNCTION void
+prefetchRow( [[maybe_unused]] const Real* const field,
+             [[maybe_unused]] const std::ptrdiff_t columns,
+             [[maybe_unused]] const int row )
+{
+#ifdef MACHPOINT_HAS_LANES
+    const auto* const start =
+        reinterpret_cast<const char*>( field + row * columns );
+    __builtin_prefetch( start, Writes, 3 );
+    if constexpr ( Lines > 1 )
+        __builtin_prefetch( start + 64, Writes, 3 );
+#endif
+}
+
 //! \name One particle
 //! @{
 KOKKOS_FORCEINLINE_FUNCTION Real choose( const bool first, const Real a,
@@ -269,25 +288,12 @@ inline constexpr int tiles_ahead = is_zen5 ? 8 : 4;
 //! Fetches a member of the particles some tiles ahead of row p; into the second
 //! cache on Zens before Zen 5, whose first one has too few places for what is
 //! on its way.
-template <class Slice, class... D>
+template <int Tiles = tiles_ahead, class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
                                            const D... d )
 {
-    __builtin_prefetch( &slice( p, d... ) + tiles_ahead * Slice::soa_stride, 0,
+    __builtin_prefetch( &slice( p, d... ) + Tiles * Slice::soa_stride, 0,
                         is_zen && !is_zen5 ? 2 : 3 );
-}
-
-//! Fetches two cache lines of a node field from the start of a row on. \tparam
-//! Writes are its rows added to?
-template <bool Writes>
-KOKKOS_FORCEINLINE_FUNCTION void prefetchRows( const Real* const field,
-                                               const std::ptrdiff_t columns,
-                                               const int row )
-{
-    const auto* const start =
-        reinterpret_cast<const char*>( field + row * columns );
-    __builtin_prefetch( start, Writes, 3 );
-    __builtin_prefetch( start + 64, Writes, 3 );
 }
 
 // A slice of an AoSoA holds as many neighbours as its tiles are long, and packs

@@ -200,9 +200,10 @@ struct Apic : MethodDefaults
     };
 
     //! Lines 2 to 4.
-    template <class Basis, int Dim>
+    template <class Basis, int Dim, class MakeImages>
     static void particlesToGrid( State<Dim>& state, Storage<Dim>&,
-                                 const EquationOfState<Dim>& )
+                                 const EquationOfState<Dim>&,
+                                 const MakeImages& )
     {
         state.nodes.moment_sum.deposit(
             [&]( const auto& sums )

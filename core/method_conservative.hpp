@@ -164,31 +164,27 @@ struct Conservative : MethodDefaults
         }
     }
 
-    //! Section 1: half a step of motion, for the integrator midpoint.
-    template <class Basis, int Dim>
-    static void drift( State<Dim>& state, Storage<Dim>& storage )
-    {
-        if ( !storage.parts.midpoint )
-            return;
-        const Profile::Phase phase( "drift" );
-        const Profile::Effect effect( "midpoint" );
-        Impl::driftParticles<Basis>( state, *storage.drift );
-    }
-
-    //! Sections 1 to 4: mass, momentum, volume, and the pressure on faces.
-    template <class Basis, int Dim>
+    //! Sections 1 to 4: half a step of motion for the integrator midpoint, and
+    //! mass, momentum, volume, and the pressure on faces.
+    template <class Basis, int Dim, class MakeImages>
     static void particlesToGrid( State<Dim>& state, Storage<Dim>& storage,
-                                 const EquationOfState<Dim>& gas )
+                                 const EquationOfState<Dim>& gas,
+                                 const MakeImages& make_images )
     {
         const auto& parts = storage.parts;
         const Impl::WorkingGas working{
             state.viscosity, gas.response(),
             parts.midpoint ? 0.5_rt * static_cast<Real>( state.dt ) : 0.0_rt,
             state.grid.minSpacing(), parts.blend_in_compression };
+        const Impl::HalfStep<Basis, Dim> half_step( state, storage.drift );
+        half_step.reach( state );
         state.nodes.moment_sum.deposit(
-            [&]( const auto& sums ) {
-                Impl::depositParticles<Basis>( state, working, storage.drift,
-                                               sums );
+            [&]( const auto& sums )
+            {
+                Impl::depositParticles<Basis>( state, working, half_step,
+                                               storage.drift, sums );
+                make_images(); // of particles where they stand now
+                Impl::depositImages<Basis>( state, working, sums );
             } );
     }
 

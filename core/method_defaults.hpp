@@ -45,12 +45,6 @@ struct MethodDefaults
     {
     }
 
-    //! Moves particles for a part of the step, ahead of P2G.
-    template <class Basis, int Dim, class StorageType>
-    static void drift( State<Dim>&, StorageType& )
-    {
-    }
-
     //! What the moments' columns are.
     template <int Dim>
     static auto momentComponents()

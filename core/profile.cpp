@@ -149,13 +149,21 @@ Profile::Phase::Phase( const std::string& name )
     : _entry( entry( phase_entries, name ) ),
       _outer( std::exchange( current_phase, _entry ) )
 {
+    if ( _outer != none )
+    {
+        finishKernels(); // those of the outer one
+        _timer.reset();
+    }
 }
 
 Profile::Phase::~Phase()
 {
     finishKernels();
+    const double seconds = _timer.seconds();
     ++phase_entries[_entry].calls;
-    phase_entries[_entry].seconds += _timer.seconds();
+    phase_entries[_entry].seconds += seconds;
+    if ( _outer != none )
+        phase_entries[_outer].seconds -= seconds;
     current_phase = _outer;
 }
 

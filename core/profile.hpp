@@ -51,8 +51,8 @@ class Profile
     //! Most bytes that arrays have held at once since start(), host and device.
     static std::int64_t mostBytes();
 
-    //! Attributes time, kernels and memory to a phase while it lives. Within
-    //! another one time counts for both, kernels and memory for the inner one.
+    //! Attributes time, kernels and memory to a phase while it lives; within
+    //! another one to the inner one alone.
     class Phase
     {
       public:
@@ -65,7 +65,7 @@ class Profile
         Kokkos::Timer _timer;
     };
 
-    //! The same for an effect.
+    //! The same for an effect, but that time counts for both.
     class Effect
     {
       public:

@@ -266,16 +266,21 @@ class Stepper : public Simulation
         {
             Profile::Phase phase( "guard" );
             const Profile::Effect effect( "retries" );
-            state.particles.beginStep( _most_retries > 0 );
+            // A reproducible sum asks particles twice for what they add, where
+            // they are at the step's start.
+            state.particles.beginStep( _most_retries > 0 ||
+                                       state.reproducible );
         }
         state.noted.clear( state.particles.size() );
-        Method::template drift<Basis>( state, _storage );
-        state.images.count = 0;
-        each( "images", &Module<Dim>::mirrorParticles );
         {
             Profile::Phase phase( "P2G" );
             Method::template particlesToGrid<Basis>( // 2-4
-                state, _storage, *_scene.gas );
+                state, _storage, *_scene.gas,
+                [this]
+                {
+                    _scene.state.images.count = 0;
+                    each( "images", &Module<Dim>::mirrorParticles );
+                } );
         }
         each( "grid force", &Module<Dim>::keepDeposit );
         {

@@ -140,13 +140,11 @@ fetchAhead( [[maybe_unused]] const FieldAhead& field,
             [[maybe_unused]] const Bases<Lanes>& base,
             [[maybe_unused]] const NodeLayout<Dim>& layout )
 {
-#ifdef MACHPOINT_HAS_LANES
     if constexpr ( Dim == 2 && lane_count > 1 )
         for ( int line = Basis::nodes - 1; line <= Basis::nodes; ++line )
-            prefetchRows<Writes>( field.data, field.columns,
-                                  lane( base, 0 ) + nodes_ahead +
-                                      line * layout.stride[1] );
-#endif
+            prefetchRow<Writes, 2>( field.data, field.columns,
+                                    lane( base, 0 ) + nodes_ahead +
+                                        line * layout.stride[1] );
 }
 
 //! The same of the sums that a pack adds to.

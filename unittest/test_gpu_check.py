@@ -122,7 +122,7 @@ class Stages(Scratch):
                 ["1", "other", *["1"] * len(gpu_check.METRICS)],
                 ["2", "step", "2,500", *["7.5"] * 8]]]]
         names = {"step": "void run<Kokkos::ParallelFor<Machpoint::Impl::Turns<"
-                         "void Machpoint::Impl::driftParticles<"
+                         "void Machpoint::Impl::gatherParticles<"
                          "Machpoint::Quadratic, 2>(int)::{lambda(int)#1}> > >",
                  "other": "void Kokkos::Impl::fill()"}
         text = "\n".join(lines)
@@ -131,7 +131,7 @@ class Stages(Scratch):
         found = gpu_check.Check.kernels_of(text)
         self.assertEqual(len(found), 1, found)
         (kernel, numbers), = found.items()
-        self.assertIn("driftParticles<Quadratic, 2>", kernel)
+        self.assertIn("gatherParticles<Quadratic, 2>", kernel)
         self.assertEqual(numbers["ns"], 2500)
         self.assertEqual(numbers["registers"], 7.5)
 

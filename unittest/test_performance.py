@@ -378,7 +378,7 @@ class GpuCodeTest(unittest.TestCase):
         kernels = [kernel("gridVelocity", "DFMA"),
                    kernel("measureMotion", "F2F.F64.F32"),
                    kernel("applyPressure", "FFMA"),
-                   kernel("driftParticles", "F2I.TRUNC.NTZ"),
+                   kernel("gridToParticlesApic", "F2I.TRUNC.NTZ"),
                    kernel("sumParticles", "DADD")]
         self.assertEqual(gpu_code.section(kernels)[1], [])
         self.assertEqual(gpu_code.section(kernels, "single")[1], kernels[:2])

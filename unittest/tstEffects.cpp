@@ -308,11 +308,7 @@ const std::vector<Part>& parts()
           0,
           { "Machpoint::noteTiny" },
           { "Machpoint::history", "Machpoint::halfCellMarks" } },
-        { "time",
-          "midpoint",
-          "symplectic",
-          { "Machpoint::driftParticles" },
-          { "Machpoint::drift" } } };
+        { "time", "midpoint", "symplectic", {}, { "Machpoint::drift" } } };
     return list;
 }
 

@@ -12,7 +12,6 @@ STEP = {
     "gatherParticles": "G2P of `conservative`",
     "depositConduction": "P2G of conducted heat",
     "conductHeat": "G2P of conducted heat",
-    "driftParticles": "drift",
     "evaluateGas": "equation of state, survey",
     "gridVelocity": "velocities of nodes",
     "applyPressure": "pressure on nodes",

@@ -71,9 +71,10 @@ class WorkOfStep
     }
 
     //! x, v, m, V, p, and C of an affine method; mass, momentum and force.
-    //! `conservative` reads c and two numbers of the flow, too, with `midpoint`
-    //! two expansions, and writes the working pressure; on nodes mass,
-    //! momentum, theta, pressure and blend.
+    //! `conservative` reads c and two numbers of the flow, too, and writes the
+    //! working pressure; with `midpoint` it reads two expansions and the
+    //! velocity that v lacks, and writes x and V; on nodes mass, momentum,
+    //! theta, pressure and blend.
     Work particlesToGrid() const
     {
         const Real affine = is_paper ? 0 : D * D;
@@ -81,8 +82,9 @@ class WorkOfStep
         if ( !is_conservative )
             return work( 2 * D + affine + 3, 1 + 2 * D,
                          stencil() + N * ( 3 + 5 * D + 2 * affine ) );
-        const Real ahead = s.midpoint ? 26 + 2 * D : 0;
-        return work( 2 * D + affine + 7 + ( s.midpoint ? 2 : 0 ), 2 + 3 * D,
+        const Real ahead = s.midpoint ? 28 + 3 * D : 0;
+        return work( 2 * D + affine + 7 + ( s.midpoint ? 3 + 2 * D : 0 ),
+                     2 + 3 * D,
                      stencil() + N * ( 5 + D * ( 2 * D + 2 ) ) + 5 * faces +
                          20 + ahead );
     }

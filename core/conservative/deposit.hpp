@@ -85,22 +85,20 @@ KOKKOS_FORCEINLINE_FUNCTION void mirrorAffine( const Mirror<Dim>& mirror,
 /*!
   \brief P2G: m_i = sum m w, (mv)_i = sum m w (v + C (x_i - x)),
   theta^a_f = sum V w^a_f / h^Dim, the same of V (p + q), and on nodes
-  sum m w kb phi h max(-D, 0) / c, over particles and their images. D and phi
-  are what the last step's G2P left with the particle.
-  \param drift of the integrator midpoint, else null
-  \param sums the scatter of the moments
+  sum m w kb phi h max(-D, 0) / c, over particles, at the half step where there
+  is one. D and phi are what the last step's G2P left with the particle.
+  \param half_step which has been reached \param drift of the integrator
+  midpoint, else null \param sums the scatter of the moments
   \param[out] state.rates WorkingPressure
 */
 template <class Basis, int Dim, class Sums>
 void depositParticles( const State<Dim>& state, const WorkingGas& working,
+                       const HalfStep<Basis, Dim>& half_step,
                        Sidecar<DriftMembers<Dim>>* drift, const Sums& sums )
 {
-    const bool midpoint = drift != nullptr;
-    const auto last_expansion = sliceOf<LastExpansion>( drift );
     const auto next_expansion = sliceOf<NextExpansion>( drift );
     const auto flow = sliceOfFlow<Divergence>( state );
     const auto limiter = sliceOfFlow<Limiter>( state );
-    const auto x = state.particles.template slice<Position>();
     const auto v = state.particles.template slice<Velocity>();
     const auto C = state.particles.template slice<VelocityGradient>();
     const auto m = state.particles.template slice<Mass>();
@@ -110,21 +108,21 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
     const auto acting = sliceOfRates<WorkingPressure>( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
-    const auto images = state.images;
     forEachBlock<Acting<Lanes>, Basis>(
         "Machpoint::depositParticles", state, sums,
         MACHPOINT_LAMBDA( const Pack p, Acting<Lanes>& own ) MACHPOINT_INLINE {
+            Lanes volume; // at the step's start
+            Lanes ahead( 0.0 );
+            if ( half_step.isTaken() )
+            {
+                volume = half_step( p );
+                ahead = load( next_expansion, p );
+            }
+            else
+                volume = load( V, p );
             const Lanes divergence = load( flow, p );
             const Lanes phi = load( limiter, p );
             const Lanes sound = load( c, p );
-            Lanes volume = load( V, p ); // at the step's start
-            Lanes ahead( 0.0 );
-            if ( midpoint )
-            {
-                volume *=
-                    driftFactor( working.ahead, load( last_expansion, p ) );
-                ahead = load( next_expansion, p );
-            }
             const Lanes density = load( m, p ) / volume;
             const Lanes q = working.viscous( divergence, phi, density, sound );
             own.pressure = working.pressure( load( pressure, p ), q, density,
@@ -141,26 +139,45 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
                     nodes, grid, layout, s, p, load( m, p ), load( V, p ),
                     loadVector<Dim>( v, p ), affine, own );
             } );
-    if ( images.count > 0 )
-        Kokkos::parallel_for(
-            "Machpoint::depositImages", Range( 0, images.count ),
-            MACHPOINT_LAMBDA( const int k ) {
-                const int p = images.particle( k );
-                const auto mirror = images.mirror( k );
-                const Stencil<Basis, Dim> s( grid, layout,
-                                             mirror.point( get<Dim>( x, p ) ) );
-                Vector<Dim> affine[Dim];
-                loadMatrix<Dim>( C, p, affine );
-                mirrorAffine<Dim>( mirror, affine );
-                Acting<Real> own;
-                own.pressure = acting( p );
-                own.blend =
-                    working.blend<Real>( flow( p ), limiter( p ), c( p ) );
-                depositMoments<Basis, Dim>(
-                    accessTo( sums.thread(), p, s, layout ), grid, layout, s, p,
-                    load( m, p ), load( V, p ),
-                    mirror.direction( get<Dim>( v, p ) ), affine, own );
-            } );
+}
+
+//! P2G of the images, as that of their particles, which comes first.
+template <class Basis, int Dim, class Sums>
+void depositImages( const State<Dim>& state, const WorkingGas& working,
+                    const Sums& sums )
+{
+    const auto images = state.images;
+    if ( images.count == 0 )
+        return;
+    const auto flow = sliceOfFlow<Divergence>( state );
+    const auto limiter = sliceOfFlow<Limiter>( state );
+    const auto x = state.particles.template slice<Position>();
+    const auto v = state.particles.template slice<Velocity>();
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
+    const auto c = state.particles.template slice<SoundSpeed>();
+    const auto acting = sliceOfRates<WorkingPressure>( state );
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    Kokkos::parallel_for(
+        "Machpoint::depositImages", Range( 0, images.count ),
+        MACHPOINT_LAMBDA( const int k ) {
+            const int p = images.particle( k );
+            const auto mirror = images.mirror( k );
+            const Stencil<Basis, Dim> s( grid, layout,
+                                         mirror.point( get<Dim>( x, p ) ) );
+            Vector<Dim> affine[Dim];
+            loadMatrix<Dim>( C, p, affine );
+            mirrorAffine<Dim>( mirror, affine );
+            Acting<Real> own;
+            own.pressure = acting( p );
+            own.blend = working.blend<Real>( flow( p ), limiter( p ), c( p ) );
+            depositMoments<Basis, Dim>(
+                accessTo( sums.thread(), p, s, layout ), grid, layout, s, p,
+                load( m, p ), load( V, p ),
+                mirror.direction( get<Dim>( v, p ) ), affine, own );
+        } );
 }
 
 } // namespace Impl

@@ -46,65 +46,112 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes driftFactor( const Real time,
   particle may stand up to half a cell outside the box meanwhile: the halo's
   nodes carry what it deposits to where its image belongs. On hats, what the
   affine energy loses becomes heat.
+
+  To be made ahead of `reach`, and asked for every pack by the kernel that reads
+  the new places first. What it writes does not go past the cache, therefore.
 */
 template <class Basis, int Dim>
-void driftParticles( State<Dim>& state, Sidecar<DriftMembers<Dim>>& drift )
+class HalfStep
 {
-    const auto x = state.particles.template slice<Position>();
-    const auto v = state.particles.template slice<Velocity>();
-    const auto V = state.particles.template slice<Volume>();
-    const auto extra = Cabana::slice<ExtraVelocity>( drift.data() );
-    const auto expansion = Cabana::slice<LastExpansion>( drift.data() );
-    const auto C = state.particles.template slice<VelocityGradient>();
-    const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto next_x = state.particles.template next<Position>();
-    const auto next_V = state.particles.template next<Volume>();
-    const auto next_C = state.particles.template next<VelocityGradient>();
-    const auto next_e = state.particles.template next<SpecificInternalEnergy>();
-    const auto note = watch( state, 0.5_rt );
-    const auto grid = state.grid;
-    const Real half = 0.5_rt * state.dt;
-    const int n = state.particles.size();
-    forEachPack(
-        "Machpoint::driftParticles", n,
-        MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-            Lanes heat( 0.0 );
-            VectorOf<Dim, Lanes> way{};
-            store( next_V,
-                   load( V, p ) / driftFactor( half, load( expansion, p ) ),
-                   p );
-            for ( int b = 0; b < Dim; ++b )
+    static constexpr bool on_hats = !Basis::constant_moment;
+
+  public:
+    //! \param drift of the integrator midpoint; null: there is no such half
+    HalfStep( const State<Dim>& state, Sidecar<DriftMembers<Dim>>* drift )
+        : _note( watch( state, 0.5_rt ) ), _grid( state.grid ),
+          _half( 0.5_rt * static_cast<Real>( state.dt ) ),
+          _is_taken( drift != nullptr ),
+          _x( state.particles.template slice<Position>() ),
+          _v( state.particles.template slice<Velocity>() ),
+          _V( state.particles.template slice<Volume>() ),
+          _C( state.particles.template slice<VelocityGradient>() ),
+          _e( state.particles.template slice<SpecificInternalEnergy>() ),
+          _extra( sliceOf<ExtraVelocity>( drift ) ),
+          _expansion( sliceOf<LastExpansion>( drift ) ),
+          _next_x( state.particles.template next<Position>().slice ),
+          _next_V( state.particles.template next<Volume>().slice ),
+          _next_C( state.particles.template next<VelocityGradient>().slice ),
+          _next_e(
+              state.particles.template next<SpecificInternalEnergy>().slice )
+    {
+    }
+
+    //! From here on slices of the particles are at the half step.
+    void reach( State<Dim>& state ) const
+    {
+        if ( !_is_taken )
+            return;
+        state.particles.template reached<Position, Volume>();
+        if ( on_hats )
+            state.particles
+                .template reached<VelocityGradient, SpecificInternalEnergy>();
+    }
+
+    KOKKOS_FORCEINLINE_FUNCTION bool isTaken() const { return _is_taken; }
+
+    //! Moves a pack. \return its volume before
+    KOKKOS_FORCEINLINE_FUNCTION Lanes operator()( const Pack p ) const
+    {
+        Lanes heat( 0.0 );
+        VectorOf<Dim, Lanes> way{};
+        for ( int b = 0; b < Dim; ++b )
+        {
+            const Lanes before = load( _x, p, b );
+            way[b] = _half * ( load( _v, p, b ) + load( _extra, p, b ) );
+            const Lanes after = before + way[b];
+            store( _next_x, after, p, b );
+            if constexpr ( on_hats )
             {
-                const Lanes before = load( x, p, b );
-                way[b] = half * ( load( v, p, b ) + load( extra, p, b ) );
-                const Lanes after = before + way[b];
-                store( next_x, after, p, b );
-                if ( !Basis::constant_moment )
+                const Lanes moment = momentAt<Basis, Dim>( _grid, before, b );
+                const Lanes moment_new =
+                    momentAt<Basis, Dim>( _grid, after, b );
+                const Lanes factor = slopeFactor<Basis>( moment, moment_new );
+                for ( int a = 0; a < Dim; ++a )
                 {
-                    const Lanes moment =
-                        momentAt<Basis, Dim>( grid, before, b );
-                    const Lanes moment_new =
-                        momentAt<Basis, Dim>( grid, after, b );
-                    const Lanes factor =
-                        slopeFactor<Basis>( moment, moment_new );
-                    for ( int a = 0; a < Dim; ++a )
-                    {
-                        const Lanes slope = load( C, p, a, b );
-                        store( next_C, slope * factor, p, a, b );
-                        heat += 0.5_rt * slope * slope *
-                                ( moment - factor * factor * moment_new );
-                    }
+                    const Lanes slope = load( _C, p, a, b );
+                    store( _next_C, slope * factor, p, a, b );
+                    heat += 0.5_rt * slope * slope *
+                            ( moment - factor * factor * moment_new );
                 }
             }
-            note.lookAtMove( p, way );
-            if ( !Basis::constant_moment )
-                store( next_e, load( e, p ) + heat, p );
-        } );
-    state.particles.template reached<Position, Volume>();
-    if ( !Basis::constant_moment )
-        state.particles
-            .template reached<VelocityGradient, SpecificInternalEnergy>();
-}
+        }
+        _note.lookAtMove( p, way );
+        if constexpr ( on_hats )
+            store( _next_e, load( _e, p ) + heat, p );
+        const Lanes volume = load( _V, p );
+        store( _next_V, volume / driftFactor( _half, load( _expansion, p ) ),
+               p );
+        return volume;
+    }
+
+  private:
+    template <std::size_t M>
+    using Old =
+        decltype( std::declval<State<Dim>>().particles.template slice<M>() );
+    template <std::size_t M>
+    using Next = decltype( std::declval<State<Dim>>()
+                               .particles.template next<M>()
+                               .slice );
+    template <std::size_t M>
+    using Drift =
+        decltype( sliceOf<M>( std::declval<Sidecar<DriftMembers<Dim>>*>() ) );
+
+    Watch<Dim> _note;
+    Grid<Dim> _grid;
+    Real _half;
+    bool _is_taken;
+    Old<Position> _x;
+    Old<Velocity> _v;
+    Old<Volume> _V;
+    Old<VelocityGradient> _C;
+    Old<SpecificInternalEnergy> _e;
+    Drift<ExtraVelocity> _extra;
+    Drift<LastExpansion> _expansion;
+    Next<Position> _next_x;
+    Next<Volume> _next_V;
+    Next<VelocityGradient> _next_C;
+    Next<SpecificInternalEnergy> _next_e;
+};
 
 } // namespace Impl
 } // namespace Machpoint

@@ -100,6 +100,12 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
     forEach(
         Limited ? "Machpoint::limitMotion" : "Machpoint::measureMotion",
         layout.total, MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
+            constexpr int ahead = 32;
+            prefetchRow<false, 1>( moments.data(), moments.stride( 0 ),
+                                   i + ahead );
+            prefetchRow<true, 1>( faces.data(), faces.stride( 0 ), i + ahead );
+            prefetchRow<false, 1>( velocities.data(), velocities.stride( 0 ),
+                                   i + ahead + 2 * layout.stride[Dim - 1] );
             for ( int a = 0; a < Dim; ++a )
             {
                 const int stride = layout.stride[a];

@@ -230,7 +230,7 @@ conductedHeat( const Real strength, const VectorOf<Dim, Lanes> ( &C )[Dim],
   v' = sum w phi, C' = sum w phi (x_i - x)^T / moment,
   e' = e - dt (p + q) V D / m + loss, V' = V_start + dt V D,
   x' = x + part dt sum w v', where all of the step (symplectic) or half of it
-  (midpoint, after driftParticles) is still to go.
+  (midpoint, after HalfStep) is still to go.
 
   loss = (2 beta - beta^2)/2 sum w |u - v_i|^2 + 1/2 sum w |phi - u'|^2 makes
   sum m (e + |v|^2/2 + moment |C|^2/2) exact.

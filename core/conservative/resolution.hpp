@@ -117,6 +117,10 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                                elapsed * ( load( C, p, a, a ) - mean ),
                            p, a );
             }
+#ifdef MACHPOINT_HAS_LANES
+            // Of a tile it reads no more than this, so it is soon done with it.
+            prefetch<4 * tiles_ahead>( V, p.first );
+#endif
             const Lanes volume = load( V, p );
             const LaneMask big = Lanes( is_large.volume ) < volume;
             if ( !any( big ) )
