@@ -5,8 +5,10 @@
 #include <core/profile.hpp>
 #include <drivers/study_effects.hpp>
 
+#include <chrono>
 #include <map>
 #include <set>
+#include <thread>
 
 namespace
 {
@@ -332,6 +334,24 @@ TEST_P( OptionalPart, costsNothingWhenOff )
         EXPECT_EQ( off.allocations.count( label ), 0u ) << label;
         EXPECT_GT( on.allocations.count( label ), 0u ) << label;
     }
+}
+
+TEST( Effects, timeOfAnInnerPhaseIsItsOwn )
+{
+    Profile::start();
+    const Kokkos::Timer timer;
+    {
+        const Profile::Phase outer( "outer" );
+        const Profile::Phase inner( "inner" );
+        std::this_thread::sleep_for( std::chrono::milliseconds( 5 ) );
+    }
+    const double all = timer.seconds();
+    double sum = 0;
+    for ( const auto& phase : Profile::phases() )
+        sum += phase.seconds;
+    EXPECT_EQ( Profile::phases().size(), 2u );
+    EXPECT_GT( sum, 4e-3 );
+    EXPECT_LE( sum, all );
 }
 
 // Conduction looks for friction; only gas that has felt some conducts heat.
