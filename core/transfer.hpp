@@ -186,14 +186,15 @@ struct StencilTurns
         };
         if constexpr ( std::is_same_v<Sums, NoSums> )
         {
-            const auto own_read = read;
+            [[maybe_unused]] const auto own_read = read;
             makeAhead( first, last, stencilOf,
                        [&]( const int k, const Stencil<Basis, Dim, Lanes>& s )
                            MACHPOINT_INLINE
                        {
-                           for ( std::size_t f = 0; f < Fields; ++f )
-                               fetchAhead<Basis, false>( own_read[f], s.base,
-                                                         own_layout );
+                           if constexpr ( Dim == 2 )
+                               for ( std::size_t f = 0; f < Fields; ++f )
+                                   fetchAhead<Basis, false>(
+                                       own_read[f], s.base, own_layout );
                            own_body( Pack::of( k, all ), s );
                        } );
         }
@@ -214,10 +215,9 @@ struct StencilTurns
     }
 };
 
-//! Packs of a block of forEachBlock: as many as its first part fetches ahead
-//! (on Zen 5, and with AVX2), so that what the next block reads there arrives
-//! while this one deposits.
-inline constexpr int block_packs = lane_count > 1 ? 8 : 1;
+//! Packs of a block of forEachBlock: so few that what its first part fetches
+//! ahead, of twice as many, arrives while this block and the next deposit.
+inline constexpr int block_packs = lane_count > 1 ? 4 : 1;
 
 template <class Between, class Basis, int Dim, class Positions, class Sums,
           class Act, class Deposit>
