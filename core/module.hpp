@@ -228,7 +228,8 @@ class Module
     {
         return Kokkos::Experimental::infinity_v<Real>;
     }
-    //! Appends the mirror images of particles that it calls for.
+    //! Appends the mirror images of particles that it calls for, where these
+    //! stand now; once for each time that a sum asks for them.
     virtual void mirrorParticles( State<Dim>& ) {}
     //! How far from its particle an image may be, length.
     virtual Real imageReach( const Grid<Dim>& ) const { return 0; }
