@@ -112,7 +112,9 @@ void applyPressure( const State<Dim>& state, const Real least_filling,
             for ( int f = 0; f < 2 * Dim; ++f )
                 pressure[f] /= filling[f];
             const Real m = moments( i, 0 );
-            const Real per_mass = m > 0 ? 1 / m : 0.0_rt;
+            // 0 without gas, or with so little of it that this were infinite.
+            const Real per_mass =
+                m < Kokkos::Experimental::norm_min_v<Real> ? 0.0_rt : 1 / m;
             for ( int a = 0; a < Dim; ++a )
             {
                 const Real force = cell_volume * inverse[a] *
