@@ -21,6 +21,19 @@
 namespace Machpoint::Avx2
 {
 
+//! \name As many floats as a register has numbers
+//! @{
+KOKKOS_FORCEINLINE_FUNCTION __m256d loadFloats( const float* const place )
+{
+    return _mm256_cvtps_pd( _mm_loadu_ps( place ) );
+}
+KOKKOS_FORCEINLINE_FUNCTION void storeFloats( float* const place,
+                                              const __m256d values )
+{
+    _mm_storeu_ps( place, _mm256_cvtpd_ps( values ) );
+}
+//! @}
+
 //! Rows, moved on by whole numbers of rows that are `stride` apart.
 KOKKOS_FORCEINLINE_FUNCTION void advance( int* const row, const __m256d steps,
                                           const int stride )

@@ -60,6 +60,24 @@ KOKKOS_FORCEINLINE_FUNCTION void stream( float* const place,
 {
     _mm512_stream_ps( place, values );
 }
+KOKKOS_FORCEINLINE_FUNCTION void stream( float* const place,
+                                         const __m512d values )
+{
+    _mm256_stream_ps( place, _mm512_cvtpd_ps( values ) );
+}
+//! @}
+
+//! \name As many floats as a register has doubles
+//! @{
+KOKKOS_FORCEINLINE_FUNCTION __m512d loadFloats( const float* const place )
+{
+    return _mm512_cvtps_pd( _mm256_loadu_ps( place ) );
+}
+KOKKOS_FORCEINLINE_FUNCTION void storeFloats( float* const place,
+                                              const __m512d values )
+{
+    _mm256_storeu_ps( place, _mm512_cvtpd_ps( values ) );
+}
 //! @}
 
 //! \name Rows, moved on by whole numbers of rows that are `stride` apart

@@ -195,7 +195,12 @@ template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Real value,
                                         const int p, const D... d )
 {
-    slice( p, d... ) = value;
+    slice( p, d... ) = static_cast<typename Slice::value_type>( value );
+}
+//! A number as it will be read from a Deviation.
+KOKKOS_FORCEINLINE_FUNCTION Real asDeviation( const Real value )
+{
+    return static_cast<Deviation>( value );
 }
 //! Column c of a node.
 KOKKOS_FORCEINLINE_FUNCTION Real at( const NodeView& nodes, const int row,
@@ -257,7 +262,7 @@ template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Real value,
                                         const Pack p, const D... d )
 {
-    slice( p.first, d... ) = value;
+    store( slice, value, p.first, d... );
 }
 template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
@@ -296,6 +301,47 @@ KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
                         is_zen && !is_zen5 ? 2 : 3 );
 }
 
+//! \name A number of each lane, neighbours in memory, rounded where it is
+//! shorter there
+//! @{
+template <class Value>
+KOKKOS_FORCEINLINE_FUNCTION Lanes loadLanes( const Value* const place )
+{
+    if constexpr ( sizeof( Value ) == sizeof( Real ) )
+    {
+        Lanes value;
+        std::memcpy( static_cast<void*>( &value ), place, sizeof( Lanes ) );
+        return value;
+    }
+    else
+    {
+#ifdef MACHPOINT_HAS_REGISTERS
+        return Lanes( Registers::loadFloats( place ) );
+#else
+        return Lanes( [&]( const auto l )
+                      { return static_cast<Real>( place[l] ); } );
+#endif
+    }
+}
+template <class Value>
+KOKKOS_FORCEINLINE_FUNCTION void storeLanes( Value* const place,
+                                             const Lanes& value )
+{
+    if constexpr ( sizeof( Value ) == sizeof( Real ) )
+        std::memcpy( place, static_cast<const void*>( &value ),
+                     sizeof( Lanes ) );
+    else
+    {
+#ifdef MACHPOINT_HAS_REGISTERS
+        Registers::storeFloats( place, static_cast<LaneRegister>( value ) );
+#else
+        for ( int l = 0; l < lane_count; ++l )
+            place[l] = static_cast<Value>( value[l] );
+#endif
+    }
+}
+//! @}
+
 // A slice of an AoSoA holds as many neighbours as its tiles are long, and packs
 // never cross tiles.
 template <class Slice, class... D>
@@ -303,19 +349,23 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes load( const Slice& slice, const Pack p,
                                         const D... d )
 {
     static_assert( Slice::vector_length % lane_count == 0 );
-    Lanes value;
     prefetch( slice, p.first, d... );
-    std::memcpy( static_cast<void*>( &value ), &slice( p.first, d... ),
-                 sizeof( Lanes ) );
-    return value;
+    return loadLanes( &slice( p.first, d... ) );
 }
 template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Lanes& value,
                                         const Pack p, const D... d )
 {
     static_assert( Slice::vector_length % lane_count == 0 );
-    std::memcpy( &slice( p.first, d... ), static_cast<const void*>( &value ),
-                 sizeof( Lanes ) );
+    storeLanes( &slice( p.first, d... ), value );
+}
+KOKKOS_FORCEINLINE_FUNCTION Lanes asDeviation( const Lanes& value )
+{
+    if constexpr ( !is_mixed )
+        return value;
+    alignas( Lanes ) Deviation places[lane_count];
+    storeLanes( places, value );
+    return loadLanes( places );
 }
 
 template <class Slice, class... D>

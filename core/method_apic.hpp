@@ -159,7 +159,7 @@ void gridToParticlesApic( const State<Dim>& state )
                     // stays finite where the moment vanishes.
                     const Lanes slope =
                         slopeOfFit<Basis>( fit[a][b], grid.inverse[b] );
-                    const Lanes kept = slope * factor;
+                    const Lanes kept = asDeviation( slope * factor );
                     store( next_C, kept, p, a, b );
                     affine += slope * slope * moment;
                     affine_new += kept * kept * moment_new;

@@ -36,7 +36,7 @@ using ParticleArray =
 //! step can be repeated.
 template <int Dim>
 using AdvancedMembers =
-    Cabana::MemberTypes<Real[Dim], Real[Dim], Real[Dim][Dim], Real, Real>;
+    Cabana::MemberTypes<Real[Dim], Real[Dim], Deviation[Dim][Dim], Real, Real>;
 
 //! What a step leaves as it is, or makes anew of the advanced members.
 using LastingMembers = Cabana::MemberTypes<Real, Real, Real, std::int64_t>;
@@ -564,7 +564,7 @@ class Sidecar : public SidecarBase
 
 //! What a step of a method with viscosity of its own tells the effects, one
 //! entry per particle; zero for a particle that has just entered.
-using RateMembers = Cabana::MemberTypes<Real, Real>;
+using RateMembers = Cabana::MemberTypes<Real, Deviation>;
 
 //! Names of the members of the rates.
 enum RateMember : std::size_t
@@ -576,7 +576,7 @@ enum RateMember : std::size_t
 
 //! What the grid's new velocity looked like where the last step left the
 //! particle; zero for one that has just entered.
-using FlowMembers = Cabana::MemberTypes<Real, Real>;
+using FlowMembers = Cabana::MemberTypes<Deviation, Deviation>;
 
 //! Names of the members of the flow.
 enum FlowMember : std::size_t

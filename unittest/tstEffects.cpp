@@ -134,8 +134,13 @@ TEST( Effects, bareConservativeLaunchesItsOwnKernelsOnly )
     auto expected = timeLoop( 1 );
     // and the rates, never sorted, and the flow
     expected["Machpoint::clearSidecar"] = 3;
-    expected["Machpoint::permuteComponent"] += 2;
-    expected["Machpoint::storeComponent"] += 2;
+    if ( is_mixed || is_single ) // the flow is as short as an id
+        ++expected["Machpoint::permute"], ++expected["Machpoint::copyOrdered"];
+    else
+    {
+        expected["Machpoint::permuteComponent"] += 2;
+        expected["Machpoint::storeComponent"] += 2;
+    }
     expected["Machpoint::depositParticles"] = 20;
     expected["Machpoint::fold"] = 40;
     expected["Machpoint::fill"] = 80; // moments, and v with v'

@@ -243,7 +243,7 @@ TEST( Guard, canBeSwitchedOff )
 // it, is the state that a step without an old one leaves.
 TEST( Guard, theOldStateChangesNothing )
 {
-    const int cells = is_single ? 460 : 320;
+    const int cells = is_single ? 460 : is_mixed ? 360 : 320;
     for ( const auto& method : methods )
     {
         auto input = shockTube( 2, cells, 2, method,

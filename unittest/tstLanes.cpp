@@ -133,6 +133,66 @@ TEST( Lanes, operateLikeSingleNumbers )
                 << "operation " << which << ", particle " << p;
 }
 
+using FloatMembers = Cabana::MemberTypes<Real, float[3], Real>;
+
+//! Writes y, three floats and -y of every particle, past the cache or not, and
+//! reads them again. [n][5]
+Kokkos::View<Real**, Kokkos::HostSpace> amongFloats( const bool streams )
+{
+    const AoSoA numbers = makeNumbers();
+    const ParticleArray<FloatMembers> members( "members", n );
+    const Kokkos::View<Real**, Kokkos::LayoutRight, MemorySpace> read( "read",
+                                                                       n, 5 );
+    const auto y = Cabana::slice<1>( numbers );
+    const auto front = Cabana::slice<0>( members );
+    const auto floats = Cabana::slice<1>( members );
+    const auto back = Cabana::slice<2>( members );
+    forEachPack(
+        "write", n, KOKKOS_LAMBDA( const Pack p ) {
+            const Lanes value = load( y, p );
+            store( Written<decltype( front )>{ front, streams }, value, p );
+            for ( int c = 0; c < 3; ++c )
+                store( Written<decltype( floats )>{ floats, streams },
+                       Lanes( value + c ), p, c );
+            store( Written<decltype( back )>{ back, streams },
+                   Lanes( 0.0_rt - value ), p );
+        } );
+    forEachPack(
+        "read", n, KOKKOS_LAMBDA( const Pack p ) {
+            auto keep = [&]( const int c, const Lanes& value )
+            {
+                for ( int l = 0; l < p.count; ++l )
+                    read( p.first + l, c ) = lane( value, l );
+            };
+            keep( 0, load( front, p ) );
+            for ( int c = 0; c < 3; ++c )
+                keep( 1 + c, load( floats, p, c ) );
+            keep( 4, load( back, p ) );
+        } );
+    const auto host =
+        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), read );
+    const Kokkos::View<Real**, Kokkos::HostSpace> all( "all", n, 5 );
+    Kokkos::deep_copy( all, host );
+    return all;
+}
+
+TEST( Lanes, roundFloatsInMemoryAndNothingBesideThem )
+{
+    for ( const bool streams : { false, true } )
+    {
+        const auto read = amongFloats( streams );
+        for ( int p = 0; p < n; ++p )
+        {
+            const Real y = read( p, 0 );
+            EXPECT_REAL_EQ( y, 0.21 + 0.19 * p );
+            for ( int c = 0; c < 3; ++c )
+                EXPECT_EQ( read( p, 1 + c ), static_cast<float>( y + c ) )
+                    << "particle " << p << ", float " << c;
+            EXPECT_EQ( read( p, 4 ), -y );
+        }
+    }
+}
+
 //! How often a loop of `count` turns takes each, and one beyond the last.
 IndexList::HostMirror turnsOf( const int count )
 {

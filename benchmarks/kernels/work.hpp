@@ -5,11 +5,12 @@
 
   Bytes: a part reads each column that it needs once, and writes each that it
   changes once, whatever its kernels do; a column is a member of the particles,
-  or of the nodes, of which there is one for each cell. So a part that takes two
-  passes, or whose nodes fall out of the cache, shows a smaller fraction of the
-  machine's bandwidth. Flops: additions, multiplications, comparisons, divisions
-  and roots count one each; products that a row of nodes shares count once.
-  docs/performance.md shows the numbers.
+  or of the nodes, of which there is one for each cell, and a Deviation counts
+  as what it takes of a column. So a part that takes two passes, or whose nodes
+  fall out of the cache, shows a smaller fraction of the machine's bandwidth.
+  Flops: additions, multiplications, comparisons, divisions and roots count one
+  each; products that a row of nodes shares count once. docs/performance.md
+  shows the numbers.
 */
 #ifndef MACHPOINT_BENCHMARKS_WORK_HPP
 #define MACHPOINT_BENCHMARKS_WORK_HPP
@@ -80,10 +81,11 @@ class WorkOfStep
         const Real affine = is_paper ? 0 : D * D;
         const Real N = stencil_nodes;
         if ( !is_conservative )
-            return work( 2 * D + affine + 3, 1 + 2 * D,
+            return work( 2 * D + share * affine + 3, 1 + 2 * D,
                          stencil() + N * ( 3 + 5 * D + 2 * affine ) );
         const Real ahead = s.midpoint ? 28 + 3 * D : 0;
-        return work( 2 * D + affine + 7 + ( s.midpoint ? 3 + 2 * D : 0 ),
+        return work( 2 * D + 5 + share * ( affine + 2 ) +
+                         ( s.midpoint ? D + 1 + share * ( D + 2 ) : 0 ),
                      2 + 3 * D,
                      stencil() + N * ( 5 + D * ( 2 * D + 2 ) ) + 5 * faces +
                          20 + ahead );
@@ -98,7 +100,7 @@ class WorkOfStep
     Work gridToParticles() const
     {
         const Real N = stencil_nodes;
-        const Real written = 2 * D + D * D + 2;
+        const Real written = 2 * D + share * D * D + 2;
         if ( is_paper )
             return work(
                 3 * D + 4 + written, 2 * D + 2 * D,
@@ -108,13 +110,13 @@ class WorkOfStep
                 D );
         const Real tail = 4 * D + 5 * D * D + 12;
         if ( is_conservative )
-            return work( 2 * D + D * D + 5 + written + 2 +
-                             ( s.midpoint ? D + 3 : 0 ),
+            return work( 2 * D + 5 + written +
+                             share * ( D * D + 2 + ( s.midpoint ? D + 3 : 0 ) ),
                          2 * D + 1 + D + 4 * D,
                          stencil() + N * ( 4 + D * ( 13 + 4 * D ) ) +
                              12 * faces + tail + 28 + 1.5 * D * ( D - 1 ),
                          19 * D );
-        return work( 2 * D + D * D + 4 + written, 2 * D,
+        return work( 2 * D + share * D * D + 4 + written, 2 * D,
                      stencil() + N * ( 2 * D * D + D * ( 13 + 2 * D ) ) +
                          tail );
     }
@@ -138,7 +140,7 @@ class WorkOfStep
     //! steps.
     Work sort() const
     {
-        const Real advanced = 2 * D + D * D + 2;
+        const Real advanced = 2 * D + share * D * D + 2;
         auto all = work( 4 * columns() - 2 * advanced + D + 1.5, 0, 3 * D );
         all.bytes /= s.sort_every;
         all.flops /= s.sort_every;
@@ -147,6 +149,8 @@ class WorkOfStep
 
   private:
     static constexpr Real column = sizeof( Real );
+    //! What a Deviation takes of a column.
+    static constexpr Real share = sizeof( Deviation ) / column;
 
     //! \param particle, node columns moved
     //! \param flops of a particle \param node_flops of a node
@@ -171,7 +175,8 @@ class WorkOfStep
     Real columns() const
     {
         const Real sidecars =
-            is_conservative ? 2 + D + 1 + ( s.midpoint ? D + 2 : 0 ) : 0;
+            is_conservative ? D + 1 + share * ( 2 + ( s.midpoint ? D + 2 : 0 ) )
+                            : 0;
         return s.particle_bytes / column + sidecars;
     }
 

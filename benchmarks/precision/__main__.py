@@ -1,16 +1,18 @@
-"""What single precision costs in accuracy and gives in time and memory.
+"""What mixed and single precision cost in accuracy and give in time and memory.
 
-Usage: python3 benchmarks/precision [--double DIR] [--single DIR]
+Usage: python3 benchmarks/precision [--double DIR] [--mixed DIR] [--single DIR]
            [--rounds NUMBER] [--fast] [--docs]
 
-Runs the same scenes on a build in double and one in single precision of the same
-backend, in turn and on one thread:
+Runs the same scenes on builds of the same backend in double, mixed and single
+precision, in turn and on one thread:
 
     cmake --preset serial && cmake --build --preset serial
-    cmake --preset serial -B build/single -D Machpoint_PRECISION=single
-    cmake --build build/single
+    for p in mixed single; do
+        cmake --preset serial -B build/$p -D Machpoint_PRECISION=$p
+        cmake --build build/$p --target machpoint
+    done
 
---docs writes docs/performance.md. Exit code: 0; 2 without two such builds.
+--docs writes docs/performance.md. Exit code: 0; 2 without three such builds.
 """
 import argparse
 import pathlib
@@ -25,6 +27,7 @@ import jobs
 import machine
 import page
 
+PRECISIONS = ["double", "mixed", "single"]
 CONSERVATIVE = {"method": {"name": "conservative", "basis": "quadratic"}}
 APIC = {"method": {"name": "apic", "basis": "quadratic"}}
 # Scene, what is changed, steps.
@@ -53,19 +56,23 @@ def nanoseconds(summary):
     return 1e9 / summary["particle_updates_per_second"]
 
 
+def heads(text):
+    """Of a column for each precision."""
+    return [f"{text}, {PRECISIONS[0]}", *PRECISIONS[1:]]
+
+
 def error_rows(run, some):
     rows = []
     for scene, sets, steps in some:
-        pair = [run(which, scene, sets, steps) for which in (0, 1)]
-        cells = pair[0]["cells"]
-        drift = [summary["conservation"]["total_energy"] for summary in pair]
+        found = [run(which, scene, sets, steps) for which in PRECISIONS]
+        cells = found[0]["cells"]
+        drift = [summary["conservation"]["total_energy"] for summary in found]
         rows.append([f"`{scene}`, {'x'.join(map(str, cells))}",
-                     *(f"{s['errors']['density']['L1']:.4g}" for s in pair),
+                     *(f"{s['errors']['density']['L1']:.4g}" for s in found),
                      *("" if d is None else f"{abs(d):.1e}" for d in drift),
-                     "{} \\| {}".format(*(s["retries"] for s in pair))])
-    return page.table(["scene", "error, double", "error, single",
-                       "energy drift, double", "single", "steps repeated"],
-                      rows)
+                     " \\| ".join(str(s["retries"]) for s in found)])
+    return page.table(["scene", *heads("error"), *heads("energy drift"),
+                       "steps repeated"], rows)
 
 
 def grid_rows(run, grids):
@@ -74,12 +81,12 @@ def grid_rows(run, grids):
         row = [f"{cells}x{cells}"]
         for method in (APIC, CONSERVATIVE):
             sets = {**method, "grid.cells": [cells, cells], "time.end": 0.1}
-            for which in (0, 1):
+            for which in PRECISIONS:
                 summary = run(which, "isentropic_vortex", sets)
                 row.append(f"{summary['errors']['density']['L1']:.3g}")
         rows.append(row)
-    return page.table(["vortex, t = 0.1", "`apic`, double", "single",
-                       "`conservative`, double", "single"], rows)
+    return page.table(["vortex, t = 0.1", *heads("`apic`"),
+                       *heads("`conservative`")], rows)
 
 
 def speed_rows(run, some, rounds):
@@ -87,36 +94,39 @@ def speed_rows(run, some, rounds):
     found = {}
     for _ in range(rounds):
         for text, scene, sets, steps in some:
-            for which in (0, 1):
+            for which in PRECISIONS:
                 found.setdefault((text, which), []).append(
                     run(which, scene, sets, steps))
     rows, spreads = [], []
     for text, *_ in some:
         times = [[nanoseconds(s) for s in found[text, which]]
-                 for which in (0, 1)]
+                 for which in PRECISIONS]
         spreads += map(machine.spread, times)
-        gain = statistics.median(a / b for a, b in zip(*times))
+        gains = [statistics.median(a / b for a, b in zip(times[0], others))
+                 for others in times[1:]]
         held = [found[text, which][0]["bytes_per_particle"]
-                for which in (0, 1)]
+                for which in PRECISIONS]
         rows.append([text, *(f"{statistics.median(t):.1f}" for t in times),
-                     f"{gain:.2f}", *(f"{b:.0f}" for b in held)])
-    return page.table(["", "ns a particle step, double", "single", "ratio",
-                       "bytes of a particle, double", "single"], rows), spreads
+                     *(f"{gain:.2f}" for gain in gains),
+                     *(f"{b:.0f}" for b in held)])
+    return page.table(["", *heads("ns a particle step"),
+                       *(f"double over {name}" for name in PRECISIONS[1:]),
+                       *heads("bytes of a particle")], rows), spreads
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--double", type=pathlib.Path,
-                        default=page.ROOT / "build" / "serial")
-    parser.add_argument("--single", type=pathlib.Path,
-                        default=page.ROOT / "build" / "single")
+    for name, folder in zip(PRECISIONS, ("serial", "mixed", "single")):
+        parser.add_argument(f"--{name}", type=pathlib.Path, metavar="DIR",
+                            default=page.ROOT / "build" / folder)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--fast", action="store_true",
                         help="three scenes in 2D, one round: a trial")
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
-    builds = [arguments.double / "machpoint", arguments.single / "machpoint"]
-    for build in builds:
+    builds = {name: getattr(arguments, name) / "machpoint"
+              for name in PRECISIONS}
+    for build in builds.values():
         if not build.exists():
             parser.error(f"{build} is missing; see the top of "
                          "benchmarks/precision/__main__.py")
@@ -125,10 +135,9 @@ def main():
         def run(which, scene, sets, steps=None):
             summary = jobs.scene(builds[which], scene, sets, 1,
                                  pathlib.Path(scratch) / "run", steps)
-            name = ["double", "single"][which]
-            if summary["precision"] != name:
+            if summary["precision"] != which:
                 parser.error(f"{builds[which]} computes in "
-                             f"{summary['precision']} precision; see --{name}")
+                             f"{summary['precision']} precision; see --{which}")
             return summary
         fast = arguments.fast
         errors = error_rows(run, [("translation", CONSERVATIVE, None)]
@@ -139,7 +148,7 @@ def main():
             1 if fast else arguments.rounds)
     text = (f"Written by `python3 benchmarks/precision --docs` "
             f"({arguments.rounds} rounds, one thread) on {machine.processor()}; "
-            f"revision `{jobs.execute([builds[1], '--version'], 1).strip()}`. "
+            f"revision `{jobs.execute([builds['single'], '--version'], 1).strip()}`. "
             f"{machine.in_words(watch.report(spreads))}\n\n"
             f"{speeds}\nErrors of the density (L1) at the end, all with "
             f"`conservative`:\n\n{errors}\n"

@@ -9,6 +9,7 @@
 
 #include <Kokkos_Core.hpp>
 
+#include <bit>
 #include <cstddef>
 #include <type_traits>
 #include <utility>
@@ -55,11 +56,18 @@ struct InnerArrayType<T[N], VectorLength>
     using type = typename InnerArrayType<T, VectorLength>::type[N];
 };
 
-//! Storage of member M. M tells bases of equal type apart.
+//! Storage of member M, so that no array crosses a line of 64 bytes that could
+//! do without, whatever the members before it are. M tells bases of equal type
+//! apart.
 template <std::size_t M, int VectorLength, typename T>
 struct StructMember
 {
-    typename InnerArrayType<T, VectorLength>::type _data;
+    static constexpr std::size_t row =
+        sizeof( std::remove_all_extents_t<T> ) * VectorLength;
+    alignas( !std::has_single_bit( row ) ? alignof( T )
+             : row < 64                  ? row
+                                         : 64 )
+        typename InnerArrayType<T, VectorLength>::type _data;
 };
 
 template <int VectorLength, typename Sequence, typename... Types>

@@ -16,7 +16,7 @@ namespace Machpoint
 //! What a particle remembers of its last step; zero for one that has just
 //! entered.
 template <int Dim>
-using DriftMembers = Cabana::MemberTypes<Real[Dim], Real, Real>;
+using DriftMembers = Cabana::MemberTypes<Deviation[Dim], Deviation, Deviation>;
 
 //! Names of the members.
 enum DriftMember : std::size_t
@@ -109,9 +109,10 @@ class HalfStep
                 for ( int a = 0; a < Dim; ++a )
                 {
                     const Lanes slope = load( _C, p, a, b );
-                    store( _next_C, slope * factor, p, a, b );
-                    heat += 0.5_rt * slope * slope *
-                            ( moment - factor * factor * moment_new );
+                    const Lanes kept = asDeviation( slope * factor );
+                    store( _next_C, kept, p, a, b );
+                    heat += 0.5_rt * ( slope * slope * moment -
+                                       kept * kept * moment_new );
                 }
             }
         }

@@ -342,7 +342,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 {
                     const Lanes slope =
                         slopeOfFit<Basis>( g.fit[a][b], grid.inverse[b] );
-                    const Lanes kept = slope * factor;
+                    const Lanes kept = asDeviation( slope * factor );
                     new_C[a][b] = kept;
                     store( next_C, kept, p, a, b );
                     fitted += slope * slope * moment;

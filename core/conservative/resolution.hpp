@@ -211,9 +211,10 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                     for ( int a = 0; a < Dim; ++a )
                     {
                         const Real slope = affine( half, a, b );
-                        affine( half, a, b ) = slope * factor;
-                        e( half ) += 0.5_rt * slope * slope *
-                                     ( moment - factor * factor * moment_new );
+                        const Real kept = asDeviation( slope * factor );
+                        store( affine, kept, half, a, b );
+                        e( half ) += 0.5_rt * ( slope * slope * moment -
+                                                kept * kept * moment_new );
                     }
                 }
             }
@@ -426,14 +427,22 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 const Real factor = kinetic > before
                                         ? Kokkos::sqrt( before / kinetic )
                                         : 1.0_rt;
+                Real lost = before; // twice
                 for ( int b = 0; b < Dim; ++b )
+                {
+                    const Real moment = momentAt<Basis, Dim>(
+                        grid, fp * x( p, b ) + fq * x( q, b ), b );
                     for ( int a = 0; a < Dim; ++a )
-                        C( p, a, b ) =
+                    {
+                        const Real kept = asDeviation(
                             factor *
                             ( fp * C( p, a, b ) + fq * C( q, a, b ) +
-                              ( spreads ? spreadOf( a, b ) : 0.0_rt ) );
-                e( p ) = fp * e( p ) + fq * e( q ) +
-                         0.5_rt * ( before - factor * factor * kinetic );
+                              ( spreads ? spreadOf( a, b ) : 0.0_rt ) ) );
+                        store( C, kept, p, a, b );
+                        lost -= moment * kept * kept;
+                    }
+                }
+                e( p ) = fp * e( p ) + fq * e( q ) + 0.5_rt * lost;
                 for ( int a = 0; a < Dim; ++a )
                 {
                     x( p, a ) = fp * x( p, a ) + fq * x( q, a );
