@@ -4,7 +4,9 @@ these is right. No time passes or fails a test.
 The executable comes from MACHPOINT_EXECUTABLE; machpoint_kernels and
 machpoint_plain_loop lie beside it, where they are built.
 """
+import contextlib
 import importlib.util
+import io
 import json
 import math
 import os
@@ -13,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent / "benchmarks"
 sys.path += [str(ROOT / name) for name in
@@ -344,6 +347,23 @@ class GpuCodeTest(unittest.TestCase):
         self.assertEqual(counts, {"_Zk": {"LDC": 1, "LDG.E.128": 1,
                                           "LDG.E.64": 1}})
         self.assertEqual(gpu_code.total(counts["_Zk"], "LDG"), 2)
+
+    def test_a_build_without_machine_code_is_an_error(self):
+        gpu_code = program("gpu_code")
+        with tempfile.TemporaryDirectory() as build:
+            (pathlib.Path(build) / "machpoint").touch()
+            (pathlib.Path(build) / "CMakeCache.txt").touch()
+            words = ["gpu_code", "--build", build, "--cuobjdump", sys.executable]
+            bare = [("gridVelocity", "2", 1, gpu_code.Code(32, 0, {}))]
+            with unittest.mock.patch.object(gpu_code, "read", lambda *_: bare), \
+                    unittest.mock.patch.object(gpu_code, "made_of",
+                                               lambda _: ("", "double")), \
+                    unittest.mock.patch("sys.argv", words), \
+                    contextlib.redirect_stderr(io.StringIO()) as said, \
+                    self.assertRaises(SystemExit) as end:
+                gpu_code.main()
+        self.assertEqual(end.exception.code, 2)
+        self.assertIn("needs nvdisasm", said.getvalue())
 
     def test_registers_bound_the_warps(self):
         gpu_code = program("gpu_code")

@@ -161,7 +161,12 @@ def main():
                      "install nvidia-cuda-cuobjdump nvidia-cuda-nvdisasm and "
                      "name it with --cuobjdump")
     made, precision = made_of(arguments.build)
-    text, wrong = section(read(executable, arguments.cuobjdump), precision)
+    kernels = read(executable, arguments.cuobjdump)
+    if not any(code.instructions for *_, code in kernels):
+        parser.error(f"{arguments.cuobjdump} showed no machine code of "
+                     f"{executable}; it needs nvdisasm beside it or on the "
+                     "PATH")
+    text, wrong = section(kernels, precision)
     text = (f"Written by `python3 benchmarks/gpu_code --docs`; {made}.\n\n"
             f"{text}")
     print(text)
