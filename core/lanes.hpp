@@ -361,11 +361,14 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Lanes& value,
 }
 KOKKOS_FORCEINLINE_FUNCTION Lanes asDeviation( const Lanes& value )
 {
-    if constexpr ( !is_mixed )
+    if constexpr ( is_mixed )
+    {
+        alignas( Lanes ) Deviation places[lane_count];
+        storeLanes( places, value );
+        return loadLanes( places );
+    }
+    else
         return value;
-    alignas( Lanes ) Deviation places[lane_count];
-    storeLanes( places, value );
-    return loadLanes( places );
 }
 
 template <class Slice, class... D>

@@ -27,9 +27,9 @@ using Real = double;
   \brief What a particle keeps of how its gas differs from a uniform one:
   velocity gradients, rates, and parts in [0, 1].
 
-  Where precision is mixed, a float, which takes half the memory. It is exactly
-  0 in uniform flow, so that rounding it disturbs none; kernels compute with a
-  Real.
+  Where precision is mixed, a float, which takes half the memory. It is 0 in
+  uniform flow, so that rounding it disturbs none; kernels compute with a Real.
+  docs/method.md, section 9, says what stays exact.
 */
 #if defined( MACHPOINT_PRECISION_MIXED )
 using Deviation = float;

@@ -82,7 +82,7 @@ Real ownedMass( const State<Dim>& state )
 //! Entry (a, b) of the velocity gradient of the linear field.
 KOKKOS_INLINE_FUNCTION Real slope( const int a, const int b )
 {
-    return 0.25 * a - 0.75 * b + 0.5; // as a float, too
+    return 0.25 * a - 0.625 * b + 0.5; // as a float, too
 }
 
 //! Gives the particles the field v_a = 1 + a + sum_b slope( a, b ) x_b.
