@@ -219,11 +219,10 @@ struct StencilTurns
 //! ahead, of twice as many, arrives while this block and the next deposit.
 inline constexpr int block_packs = lane_count > 1 ? 4 : 1;
 
-template <class Between, class Basis, int Dim, class Positions, class Sums,
-          class Act, class Deposit>
+template <class Between, class Basis, int Dim, class Sums, class Act,
+          class Deposit>
 struct BlockTurns
 {
-    Positions x;
     Grid<Dim> grid;
     NodeLayout<Dim> layout;
     int n;
@@ -234,7 +233,6 @@ struct BlockTurns
     KOKKOS_FORCEINLINE_FUNCTION void operator()( const int first,
                                                  const int last ) const
     {
-        Own<Positions> own_x = x;
         Own<Grid<Dim>> own_grid = grid;
         Own<NodeLayout<Dim>> own_layout = layout;
         Own<Act> own_act = act;
@@ -253,8 +251,8 @@ struct BlockTurns
             auto turn = [&]( const int k ) MACHPOINT_INLINE
             {
                 const Pack p = Pack::of( k, all );
-                const Stencil<Basis, Dim, Lanes> s(
-                    own_grid, own_layout, loadVector<Dim>( own_x, p ) );
+                const Stencil<Basis, Dim, Lanes> s( own_grid, own_layout,
+                                                    valueOf( k ).x );
                 const auto nodes = accessTo( thread, p, s, own_layout );
                 fetchSumsAhead<Basis>( nodes, s.base, own_layout );
                 return own_deposit( p, s, nodes, valueOf( k ) );
@@ -319,20 +317,19 @@ void forEachDeposit( const char* label, const State<Dim>& state,
   stays in the cache. Pack by pack the long chain of operations in `act` would
   stand ahead of what keeps the processor busy, with too much around it for the
   chains of neighbours to overlap (docs/performance_tried.md).
-  \tparam Between what the parts hand on \param sums the scatter of the field
+  \tparam Between what the parts hand on; x is where the pack deposits
+  \param sums the scatter of the field
 */
 template <class Between, class Basis, int Dim, class Sums, class Act,
           class Deposit>
 void forEachBlock( const char* label, const State<Dim>& state, const Sums& sums,
                    const Act& act, const Deposit& deposit )
 {
-    const auto x = state.particles.template slice<Position>();
     const int n = state.particles.size();
     // Both parts in a thread's 128 registers would keep numbers in memory.
     forEachShare<3>( label, countPacks( n ),
-                     Impl::BlockTurns<Between, Basis, Dim, decltype( x ), Sums,
-                                      Act, Deposit>{
-                         x, state.grid, state.layout, n, sums, act, deposit } );
+                     Impl::BlockTurns<Between, Basis, Dim, Sums, Act, Deposit>{
+                         state.grid, state.layout, n, sums, act, deposit } );
 }
 
 //! Velocity v + C dx of an affine field at a distance dx.

@@ -42,6 +42,15 @@ struct Acting
     Number blend; //!< kb phi h max(-D, 0) / c
 };
 
+//! A pack that is about to deposit, at the half step where there is one.
+template <int Dim>
+struct ReadyPack
+{
+    VectorOf<Dim, Lanes> x;
+    Lanes volume;
+    Acting<Lanes> acting;
+};
+
 //! Adds particles, or one image of one, to the moments.
 //! \param p a particle's row or a pack \return what addProductsLater returns
 template <class Basis, int Dim, class Number, class NodeAccess, class Particle>
@@ -102,43 +111,38 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
     const auto v = state.particles.template slice<Velocity>();
     const auto C = state.particles.template slice<VelocityGradient>();
     const auto m = state.particles.template slice<Mass>();
-    const auto V = state.particles.template slice<Volume>();
     const auto pressure = state.particles.template slice<Pressure>();
     const auto c = state.particles.template slice<SoundSpeed>();
-    const auto acting = sliceOfRates<WorkingPressure>( state );
+    const auto acting =
+        state.particles.written( sliceOfRates<WorkingPressure>( state ) );
     const auto grid = state.grid;
     const auto layout = state.layout;
-    forEachBlock<Acting<Lanes>, Basis>(
+    forEachBlock<ReadyPack<Dim>, Basis>(
         "Machpoint::depositParticles", state, sums,
-        MACHPOINT_LAMBDA( const Pack p, Acting<Lanes>& own ) MACHPOINT_INLINE {
-            Lanes volume; // at the step's start
-            Lanes ahead( 0.0 );
-            if ( half_step.isTaken() )
-            {
-                volume = half_step( p );
-                ahead = load( next_expansion, p );
-            }
-            else
-                volume = load( V, p );
+        MACHPOINT_LAMBDA( const Pack p, ReadyPack<Dim>& own ) MACHPOINT_INLINE {
+            // At the step's start.
+            const Lanes volume = half_step( p, own.x, own.volume );
+            const Lanes ahead =
+                half_step.isTaken() ? load( next_expansion, p ) : Lanes( 0.0 );
             const Lanes divergence = load( flow, p );
             const Lanes phi = load( limiter, p );
             const Lanes sound = load( c, p );
             const Lanes density = load( m, p ) / volume;
             const Lanes q = working.viscous( divergence, phi, density, sound );
-            own.pressure = working.pressure( load( pressure, p ), q, density,
-                                             sound, ahead );
-            own.blend = working.blend( divergence, phi, sound );
-            store( acting, own.pressure, p );
+            own.acting.pressure = working.pressure( load( pressure, p ), q,
+                                                    density, sound, ahead );
+            own.acting.blend = working.blend( divergence, phi, sound );
+            store( acting, own.acting.pressure, p );
         },
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                          const NodesOf<Sums>& nodes, const Acting<Lanes>& own )
-            MACHPOINT_INLINE {
-                VectorOf<Dim, Lanes> affine[Dim];
-                loadMatrix<Dim>( C, p, affine );
-                return depositMoments<Basis, Dim>(
-                    nodes, grid, layout, s, p, load( m, p ), load( V, p ),
-                    loadVector<Dim>( v, p ), affine, own );
-            } );
+                          const NodesOf<Sums>& nodes,
+                          const ReadyPack<Dim>& own ) MACHPOINT_INLINE {
+            VectorOf<Dim, Lanes> affine[Dim];
+            loadMatrix<Dim>( C, p, affine );
+            return depositMoments<Basis, Dim>(
+                nodes, grid, layout, s, p, load( m, p ), own.volume,
+                loadVector<Dim>( v, p ), affine, own.acting );
+        } );
 }
 
 //! P2G of the images, as that of their particles, which comes first.

@@ -47,8 +47,8 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes driftFactor( const Real time,
   nodes carry what it deposits to where its image belongs. On hats, what the
   affine energy loses becomes heat.
 
-  To be made ahead of `reach`, and asked for every pack by the kernel that reads
-  the new places first. What it writes does not go past the cache, therefore.
+  To be made ahead of `reach`, and asked for every pack by the kernel that needs
+  the new places first: that gets them from here, as they go past the cache.
 */
 template <class Basis, int Dim>
 class HalfStep
@@ -68,8 +68,8 @@ class HalfStep
           _e( state.particles.template slice<SpecificInternalEnergy>() ),
           _extra( sliceOf<ExtraVelocity>( drift ) ),
           _expansion( sliceOf<LastExpansion>( drift ) ),
-          _next_x( state.particles.template next<Position>().slice ),
-          _next_V( state.particles.template next<Volume>().slice ),
+          _next_x( state.particles.template next<Position>() ),
+          _next_V( state.particles.template next<Volume>() ),
           _next_C( state.particles.template next<VelocityGradient>().slice ),
           _next_e(
               state.particles.template next<SpecificInternalEnergy>().slice )
@@ -89,16 +89,23 @@ class HalfStep
 
     KOKKOS_FORCEINLINE_FUNCTION bool isTaken() const { return _is_taken; }
 
-    //! Moves a pack. \return its volume before
-    KOKKOS_FORCEINLINE_FUNCTION Lanes operator()( const Pack p ) const
+    //! Moves a pack, if there is such a half.
+    //! \param[out] x [Dim], volume where it is then \return its volume before
+    KOKKOS_FORCEINLINE_FUNCTION Lanes operator()( const Pack p,
+                                                  VectorOf<Dim, Lanes>& x,
+                                                  Lanes& volume ) const
     {
+        x = loadVector<Dim>( _x, p );
+        const Lanes volume_before = volume = load( _V, p );
+        if ( !_is_taken )
+            return volume_before;
         Lanes heat( 0.0 );
         VectorOf<Dim, Lanes> way{};
         for ( int b = 0; b < Dim; ++b )
         {
-            const Lanes before = load( _x, p, b );
+            const Lanes before = x[b];
             way[b] = _half * ( load( _v, p, b ) + load( _extra, p, b ) );
-            const Lanes after = before + way[b];
+            const Lanes after = x[b] = before + way[b];
             store( _next_x, after, p, b );
             if constexpr ( on_hats )
             {
@@ -119,10 +126,9 @@ class HalfStep
         _note.lookAtMove( p, way );
         if constexpr ( on_hats )
             store( _next_e, load( _e, p ) + heat, p );
-        const Lanes volume = load( _V, p );
-        store( _next_V, volume / driftFactor( _half, load( _expansion, p ) ),
-               p );
-        return volume;
+        volume /= driftFactor( _half, load( _expansion, p ) );
+        store( _next_V, volume, p );
+        return volume_before;
     }
 
   private:
@@ -130,9 +136,8 @@ class HalfStep
     using Old =
         decltype( std::declval<State<Dim>>().particles.template slice<M>() );
     template <std::size_t M>
-    using Next = decltype( std::declval<State<Dim>>()
-                               .particles.template next<M>()
-                               .slice );
+    using Next =
+        decltype( std::declval<State<Dim>>().particles.template next<M>() );
     template <std::size_t M>
     using Drift =
         decltype( sliceOf<M>( std::declval<Sidecar<DriftMembers<Dim>>*>() ) );
@@ -150,8 +155,9 @@ class HalfStep
     Drift<LastExpansion> _expansion;
     Next<Position> _next_x;
     Next<Volume> _next_V;
-    Next<VelocityGradient> _next_C;
-    Next<SpecificInternalEnergy> _next_e;
+    // Read again by the kernel that asks, so they stay in the cache.
+    Old<VelocityGradient> _next_C;
+    Old<SpecificInternalEnergy> _next_e;
 };
 
 } // namespace Impl
