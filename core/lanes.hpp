@@ -293,11 +293,11 @@ inline constexpr int tiles_ahead = is_zen5 ? 8 : 4;
 //! Fetches a member of the particles some tiles ahead of row p; into the second
 //! cache on Zens before Zen 5, whose first one has too few places for what is
 //! on its way.
-template <int Tiles = tiles_ahead, class Slice, class... D>
+template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
                                            const D... d )
 {
-    __builtin_prefetch( &slice( p, d... ) + Tiles * Slice::soa_stride, 0,
+    __builtin_prefetch( &slice( p, d... ) + tiles_ahead * Slice::soa_stride, 0,
                         is_zen && !is_zen5 ? 2 : 3 );
 }
 

@@ -96,6 +96,12 @@ struct Conservative : MethodDefaults
                     &state.particles.template addSidecar<HistoryMembers<Dim>>(
                         "Machpoint::history", DuringStep::stays );
             }
+            if ( parts.split_volume > 0 )
+            {
+                state.large_volume = Impl::largeVolume( state, parts );
+                // Not known of the first particles, nor of a restart's.
+                Kokkos::deep_copy( suspicionOf( state, Large ), 1 );
+            }
             layOut( state );
         }
 
@@ -160,6 +166,7 @@ struct Conservative : MethodDefaults
         if ( parts.split_volume > 0 )
         {
             const Profile::Effect effect( "splitting" );
+            Impl::trackStretch( state, *storage.history, parts );
             Impl::splitParticles<Basis, Dim>( state, *storage.history, parts );
         }
     }

@@ -77,6 +77,14 @@ struct PressureResponse
     Real reference = 0; //!< p_inf of a stiffened gas
 };
 
+//! What kernels tell of particles without naming one (State::suspicions).
+enum Suspicion : int
+{
+    Unsound, //!< a step has left one that may not be sound
+    Large    //!< one has a volume above State::large_volume
+};
+inline constexpr int suspicion_count = 2;
+
 /*!
   \brief Everything that a time step works on.
 
@@ -117,8 +125,11 @@ struct State
     double cfl = 0;            //!< Courant number
     bool reproducible = false; //!< sums have the same bits on any ranks
     Real least_energy = 0;     //!< per mass, that a step may leave
-    //! Not 0: a step has left a particle that may not be sound; see Watch.
-    Kokkos::View<int, MemorySpace> suspicion{ "Machpoint::suspicion" };
+    //! Volume that the method wants to know of.
+    Real large_volume = Kokkos::Experimental::infinity_v<Real>;
+    //! Not 0 where there is one; see Watch.
+    Kokkos::View<int[suspicion_count], MemorySpace> suspicions{
+        "Machpoint::suspicions" };
     std::int64_t step = 0; //!< steps done
     //! Next id of a particle that is made of another one; beyond all ids of
     //! initial states and inflows.

@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_SOUNDNESS_HPP
 #define MACHPOINT_SOUNDNESS_HPP
 
+#include <core/collect.hpp>
 #include <core/module.hpp>
 
 namespace Machpoint
@@ -36,8 +37,9 @@ isSound( const VectorOf<Dim, Number>& moved, const VectorOf<Dim, Number>& v,
 /*!
   \brief What the last kernel of a step notes of the particles that it moves,
   so that they need not be read again: those that may leave the rank's box
-  (State::noted), and that one may not be sound (State::suspicion). A kernel
-  that moves them for a part of the step ahead of it asks lookAtMove.
+  (State::noted), and that one may not be sound (State::suspicions). A kernel
+  that moves them for a part of the step ahead of it asks lookAtMove, one that
+  changes their volume lookAtVolume.
 */
 template <int Dim>
 struct Watch
@@ -45,8 +47,9 @@ struct Watch
     Bounds<Dim> bounds;
     Vector<Dim> farthest; //!< that a particle may move in this kernel
     RowList noted;
-    Kokkos::View<int, MemorySpace> suspicion;
+    Kokkos::View<int[suspicion_count], MemorySpace> suspicions;
     Real least_energy;
+    Real large_volume;
     bool returns; //!< is there a state to return to?
 
     //! The pack's new state. \param old_x where the kernel found it
@@ -64,7 +67,7 @@ struct Watch
             way[d] = x[d] - old_x[d];
         if ( any( counts && !isSound<Dim>( way, v, volume, energy, farthest,
                                            least_energy ) ) )
-            suspect();
+            tell( Unsound );
     }
 
     //! Of a kernel that moves particles ahead of it.
@@ -77,12 +80,20 @@ struct Watch
         for ( int d = 1; d < Dim; ++d )
             near = near && Kokkos::abs( way[d] ) <= Lanes( farthest[d] );
         if ( any( active( p ) && !near ) )
-            suspect();
+            tell( Unsound );
     }
 
-    KOKKOS_FORCEINLINE_FUNCTION void suspect() const
+    //! Of a kernel that changes volumes.
+    KOKKOS_FORCEINLINE_FUNCTION void lookAtVolume( const Pack p,
+                                                   const Lanes& volume ) const
     {
-        Kokkos::atomic_store( &suspicion(), 1 );
+        if ( any( active( p ) && Lanes( large_volume ) < volume ) )
+            tell( Large );
+    }
+
+    KOKKOS_FORCEINLINE_FUNCTION void tell( const Suspicion suspicion ) const
+    {
+        Kokkos::atomic_store( &suspicions( suspicion ), 1 );
     }
 };
 
@@ -97,9 +108,29 @@ Watch<Dim> watch( const State<Dim>& state, const Real part = 1 )
     return { boxBounds( state.grid, state.layout.box ),
              farthest,
              state.noted,
-             state.suspicion,
+             state.suspicions,
              state.least_energy,
+             state.large_volume,
              state.particles.keeps() };
+}
+
+//! Not 0 once a kernel has told of it.
+template <int Dim>
+Kokkos::View<int, MemorySpace> suspicionOf( const State<Dim>& state,
+                                            const Suspicion suspicion )
+{
+    return Kokkos::subview( state.suspicions, static_cast<int>( suspicion ) );
+}
+
+//! Has a kernel told of it on this rank since this was last asked?
+template <int Dim>
+bool isSuspected( const State<Dim>& state, const Suspicion suspicion )
+{
+    const auto told = suspicionOf( state, suspicion );
+    if ( fetch( told ) == 0 )
+        return false;
+    Kokkos::deep_copy( ExecutionSpace(), told, 0 );
+    return true;
 }
 
 } // namespace Machpoint

@@ -360,9 +360,8 @@ class Stepper : public Simulation
         Profile::Phase phase( "guard" );
         const Profile::Effect effect( "retries" );
         auto& state = _scene.state;
-        if ( fetch( state.suspicion ) == 0 && !_has_sources )
+        if ( !isSuspected( state, Unsound ) && !_has_sources )
             return describe( Fault{} );
-        Kokkos::deep_copy( ExecutionSpace(), state.suspicion, 0 );
         return describe( Machpoint::findFault( state ) );
     }
 

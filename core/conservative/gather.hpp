@@ -388,6 +388,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             }
             store( next_V, volume, p );
             note( p, old_x, new_x, new_v, volume, new_e );
+            note.lookAtVolume( p, volume );
         },
         velocities, faces );
 }

@@ -7,6 +7,7 @@
 #define MACHPOINT_CONSERVATIVE_MIXING_HPP
 
 #include <core/conservative/faces.hpp>
+#include <core/soundness.hpp>
 
 namespace Machpoint
 {
@@ -231,6 +232,7 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
     const auto layout = state.layout;
     const auto means = cell_means.field();
     const auto sums = cell_sums.field();
+    const auto note = watch( state );
 
     cell_means.deposit( [&]( const auto& cells )
                         { depositCellPressure<Basis>( state, cells ); } );
@@ -265,7 +267,9 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
                         volume += given;
                         work += target * given;
                     } );
-                store( of.V, load( of.V, p ) + volume, p );
+                volume += load( of.V, p );
+                store( of.V, volume, p );
+                note.lookAtVolume( p, volume );
                 store( e, load( e, p ) - work / load( of.m, p ), p );
             } );
 }

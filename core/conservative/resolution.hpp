@@ -9,7 +9,7 @@
 
 #include <core/basis.hpp>
 #include <core/conservative/parts.hpp>
-#include <core/module.hpp>
+#include <core/soundness.hpp>
 
 #include <algorithm>
 
@@ -76,51 +76,65 @@ struct LargeParticle
     }
 };
 
+//! Advances the stretch that particles remember, by a rectangle of
+//! parts.track_every steps. In 1D volume is all that changes.
+template <int Dim>
+void trackStretch( const State<Dim>& state,
+                   Sidecar<HistoryMembers<Dim>>& history,
+                   const ConservativeParts& parts )
+{
+    if ( Dim == 1 || state.step % parts.track_every != 0 )
+        return;
+    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto stretch = Cabana::slice<Stretch>( history.data() );
+    const Real elapsed = parts.track_every * state.dt;
+    forEachPack(
+        "Machpoint::trackStretch", state.particles.size(),
+        MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
+            Lanes mean( 0.0 );
+            for ( int a = 0; a < Dim; ++a )
+                mean += load( C, p, a, a ) * ( 1.0_rt / Dim );
+            for ( int a = 0; a < Dim; ++a )
+                store( stretch,
+                       load( stretch, p, a ) +
+                           elapsed * ( load( C, p, a, a ) - mean ),
+                       p, a );
+        } );
+}
+
+//! Volume above which particles are halved; one as large as those of the start
+//! is not.
+template <int Dim>
+Real largeVolume( const State<Dim>& state, const ConservativeParts& parts )
+{
+    return Kokkos::max( parts.split_volume, 1.5_rt / state.per_cell ) *
+           state.grid.cellVolume();
+}
+
 /*!
-  \brief Halves particles larger than parts.split_volume along the axis of the
+  \brief Halves particles larger than state.large_volume along the axis of the
   largest stretch S: offsets +- V^(1/Dim) e^S / 4, at most to the sides of the
   domain. The halves keep v, C and e; mass, momentum, energy and volume stay
-  (on hats, what the affine energy loses becomes heat). S is a sum of rectangles
-  of track_every steps; volumes are looked at in every one.
+  (on hats, what the affine energy loses becomes heat). Looks for them where a
+  kernel has told of one.
 */
 template <class Basis, int Dim>
 void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                      const ConservativeParts& parts )
 {
-    const auto C = state.particles.template slice<VelocityGradient>();
+    const auto& comm = state.decomposition.comm();
+    if ( comm.sum( std::int64_t( isSuspected( state, Large ) ) ) == 0 )
+        return;
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
-    const auto stretch = Cabana::slice<Stretch>( history.data() );
     const auto original = Cabana::slice<OriginalMass>( history.data() );
-    // In 1D volume is all that changes.
-    const bool tracks = Dim > 1 && state.step % parts.track_every == 0;
-    const Real elapsed = parts.track_every * state.dt;
-    // A particle as large as those of the start is not halved.
-    const LargeParticle is_large{
-        Kokkos::max( parts.split_volume, 1.5_rt / state.per_cell ) *
-            state.grid.cellVolume(),
-        parts.mass_floor };
+    const LargeParticle is_large{ state.large_volume, parts.mass_floor };
     const int n = state.particles.size();
     const RowList& found = state.noted;
     state.noted.clear( n );
     forEachPack(
-        "Machpoint::trackStretch", n,
+        "Machpoint::noteLarge", n,
         MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-            if ( tracks )
-            {
-                Lanes mean( 0.0 );
-                for ( int a = 0; a < Dim; ++a )
-                    mean += load( C, p, a, a ) * ( 1.0_rt / Dim );
-                for ( int a = 0; a < Dim; ++a )
-                    store( stretch,
-                           load( stretch, p, a ) +
-                               elapsed * ( load( C, p, a, a ) - mean ),
-                           p, a );
-            }
-#ifdef MACHPOINT_HAS_LANES
-            // Of a tile it reads no more than this, so it is soon done with it.
-            prefetch<4 * tiles_ahead>( V, p.first );
-#endif
             const Lanes volume = load( V, p );
             const LaneMask big = Lanes( is_large.volume ) < volume;
             if ( !any( big ) )
@@ -133,7 +147,6 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 store( original, choose( big, start, first ), p );
             found.note( p, active( p ) && is_large( volume, mass, start ) );
         } );
-    const auto& comm = state.decomposition.comm();
     if ( comm.sum( static_cast<std::int64_t>( found.count() ) ) == 0 )
         return;
 
