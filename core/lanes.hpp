@@ -293,12 +293,12 @@ inline constexpr int tiles_ahead = is_zen5 ? 8 : 4;
 //! Fetches a member of the particles some tiles ahead of row p; into the second
 //! cache on Zens before Zen 5, whose first one has too few places for what is
 //! on its way.
-template <class Slice, class... D>
+template <bool Writes = false, class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
                                            const D... d )
 {
-    __builtin_prefetch( &slice( p, d... ) + tiles_ahead * Slice::soa_stride, 0,
-                        is_zen && !is_zen5 ? 2 : 3 );
+    __builtin_prefetch( &slice( p, d... ) + tiles_ahead * Slice::soa_stride,
+                        Writes, is_zen && !is_zen5 ? 2 : 3 );
 }
 
 //! \name A number of each lane, neighbours in memory, rounded where it is
@@ -385,6 +385,7 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
         return;
     }
 #endif
+    prefetch<true>( written.slice, p.first, d... );
     store( written.slice, value, p, d... );
 }
 
