@@ -542,7 +542,7 @@ rowsOf( const NodeScatter::Access& nodes, const Pack p,
 /*!
   \brief Adds the terms of a particle, or of each of a pack, to the nodes of its
   stencil; or returns what the caller is to add(), which is so for packs on a
-  CPU. A body of forEachDeposit or forEachBlock hands that on.
+  CPU. A body of forEachDeposit hands that on.
   \param p a particle's row or a pack
   \param other the other weights [Dim][nodes]
 */

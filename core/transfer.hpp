@@ -215,13 +215,9 @@ struct StencilTurns
     }
 };
 
-//! Packs of a block of forEachBlock: so few that what its first part fetches
-//! ahead, of twice as many, arrives while this block and the next deposit.
-inline constexpr int block_packs = lane_count > 1 ? 4 : 1;
-
-template <class Between, class Basis, int Dim, class Sums, class Act,
+template <class Ready, class Basis, int Dim, class Sums, class Act,
           class Deposit>
-struct BlockTurns
+struct ActingTurns
 {
     Grid<Dim> grid;
     NodeLayout<Dim> layout;
@@ -239,26 +235,18 @@ struct BlockTurns
         Own<Deposit> own_deposit = deposit;
         const int all = n;
         const auto thread = sums.thread();
-        Between values[block_packs];
-        for ( int begin = first; begin < last; begin += block_packs )
-        {
-            const int end = Kokkos::min( begin + block_packs, last );
-            // Known to be the only one where a block is a pack.
-            auto valueOf = [&]( const int k ) MACHPOINT_INLINE -> Between&
-            { return values[block_packs > 1 ? k - begin : 0]; };
-            for ( int k = begin; k < end; ++k )
-                own_act( Pack::of( k, all ), valueOf( k ) );
-            auto turn = [&]( const int k ) MACHPOINT_INLINE
-            {
-                const Pack p = Pack::of( k, all );
-                const Stencil<Basis, Dim, Lanes> s( own_grid, own_layout,
-                                                    valueOf( k ).x );
-                const auto nodes = accessTo( thread, p, s, own_layout );
-                fetchSumsAhead<Basis>( nodes, s.base, own_layout );
-                return own_deposit( p, s, nodes, valueOf( k ) );
-            };
-            addBehind( begin, end, turn );
-        }
+        addBehind( first, last,
+                   [&]( const int k ) MACHPOINT_INLINE
+                   {
+                       const Pack p = Pack::of( k, all );
+                       Ready ready;
+                       own_act( p, ready );
+                       const Stencil<Basis, Dim, Lanes> s( own_grid, own_layout,
+                                                           ready.x );
+                       const auto nodes = accessTo( thread, p, s, own_layout );
+                       fetchSumsAhead<Basis>( nodes, s.base, own_layout );
+                       return own_deposit( p, s, nodes, ready );
+                   } );
     }
 };
 
@@ -309,26 +297,19 @@ void forEachDeposit( const char* label, const State<Dim>& state,
 }
 
 /*!
-  \brief Calls act( p, between ) and deposit( p, s, nodes, between ) for the
-  packs of particles: a pass that thinks and deposits, the latter as the body of
-  forEachDeposit does.
-
-  A block of packs goes through one part after the other, and what they hand on
-  stays in the cache. Pack by pack the long chain of operations in `act` would
-  stand ahead of what keeps the processor busy, with too much around it for the
-  chains of neighbours to overlap (docs/performance_tried.md).
-  \tparam Between what the parts hand on; x is where the pack deposits
-  \param sums the scatter of the field
+  \brief The same of packs that first find out where they are and what they add:
+  calls act( p, ready ) and deposit( p, s, nodes, ready ).
+  \tparam Ready what act sets; its member x is where the pack deposits
 */
-template <class Between, class Basis, int Dim, class Sums, class Act,
+template <class Ready, class Basis, int Dim, class Sums, class Act,
           class Deposit>
-void forEachBlock( const char* label, const State<Dim>& state, const Sums& sums,
-                   const Act& act, const Deposit& deposit )
+void forEachDeposit( const char* label, const State<Dim>& state,
+                     const Sums& sums, const Act& act, const Deposit& deposit )
 {
     const int n = state.particles.size();
     // Both parts in a thread's 128 registers would keep numbers in memory.
     forEachShare<3>( label, countPacks( n ),
-                     Impl::BlockTurns<Between, Basis, Dim, Sums, Act, Deposit>{
+                     Impl::ActingTurns<Ready, Basis, Dim, Sums, Act, Deposit>{
                          state.grid, state.layout, n, sums, act, deposit } );
 }
 

@@ -117,7 +117,7 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
         state.particles.written( sliceOfRates<WorkingPressure>( state ) );
     const auto grid = state.grid;
     const auto layout = state.layout;
-    forEachBlock<ReadyPack<Dim>, Basis>(
+    forEachDeposit<ReadyPack<Dim>, Basis>(
         "Machpoint::depositParticles", state, sums,
         MACHPOINT_LAMBDA( const Pack p, ReadyPack<Dim>& own ) MACHPOINT_INLINE {
             // At the step's start.
