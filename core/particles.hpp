@@ -17,6 +17,7 @@
 #include <Cabana_Core.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -312,12 +313,13 @@ void permute( const ParticleBins& bins, const ParticleArray<Members>& aosoa,
         const Ordered ordered( static_cast<soa_type*>( scratch.data ), tiles,
                                aosoa.size() );
         copyInOrder( bins, aosoa, ordered );
-        const auto back = aosoa;
-        Kokkos::parallel_for(
-            "Machpoint::copyOrdered", Range( 0, static_cast<int>( tiles ) ),
-            MACHPOINT_LAMBDA( const int s ) {
-                back.access( s ) = ordered.access( s );
-            } );
+        using Bytes = Kokkos::View<std::byte*, MemorySpace,
+                                   Kokkos::MemoryTraits<Kokkos::Unmanaged>>;
+        const std::size_t bytes = tiles * sizeof( soa_type );
+        Kokkos::deep_copy(
+            ExecutionSpace(),
+            Bytes( reinterpret_cast<std::byte*>( aosoa.data() ), bytes ),
+            Bytes( static_cast<std::byte*>( scratch.data ), bytes ) );
     }
     Kokkos::fence( "Machpoint::permute" ); // before others take the scratch
 }
