@@ -11,7 +11,7 @@ def draw(some, limits, path, title):
     """some: of results.rows, of one dimension, basis and order; a colour for
     each method, a marker for each part."""
     figure, axes = plt.subplots(figsize=(9, 5.2), layout="constrained")
-    intensity = np.logspace(-2, 2, 200)
+    intensity = np.logspace(-2.4, 2, 200)
     roof = np.minimum(intensity * limits["triad_all"], limits["fma_all"])
     axes.loglog(intensity, roof / 1e9, color="black", linewidth=1.2)
     axes.annotate(f"triad {limits['triad_all'] / 1e9:.1f} GB/s",
@@ -37,7 +37,7 @@ def draw(some, limits, path, title):
                            label=part) for part, marker in PARTS.items()]
     axes.legend(handles=handles, fontsize=8, loc="center left",
                 bbox_to_anchor=(1, 0.5))
-    axes.set_xlim(0.01, 100)
+    axes.set_xlim(0.005, 100)
     axes.set_ylim(lowest / 3, 3 * highest)
     axes.set_xlabel("flops per byte, counted")
     axes.set_ylabel("Gflop/s")

@@ -122,6 +122,9 @@ def make_jobs(arguments, directory):
         found.append(Job(("held", method),
                          partial(jobs.held_bytes, machpoint, method, cells,
                                  directory), 1))
+        found.append(Job(("held, no retries", method),
+                         partial(jobs.held_bytes, machpoint, method, cells,
+                                 directory, retries=0), 1))
     small = {"grid.cells": [40, 20]} if fast else {}
     for name, sets in ((("cylinder",), small),
                        (("cylinder", "cfl 1.2"), {"time.cfl": 1.2, **small})):

@@ -107,9 +107,10 @@ def peak_bytes(machpoint, method, cells, directory, retries=10):
         runs[1]["particles_initial"]
 
 
-def held_bytes(machpoint, method, cells, directory):
+def held_bytes(machpoint, method, cells, directory, retries=10):
     """Bytes per particle of all AoSoAs."""
-    return vortices(machpoint, method, cells, directory)["bytes_per_particle"]
+    return vortices(machpoint, method, cells, directory,
+                    retries)["bytes_per_particle"]
 
 
 def sod_settings(machpoint, error, cells, directory):

@@ -123,10 +123,14 @@ def rows(of, sod_note=""):
             found.append(Row(
                 f"2D `{method}`{words}, memory of a particle over one AoSoA's "
                 "bytes", ratio(taken, bare), most=1.4, note=note))
-        found.append(Row(
-            f"2D `{method}`, memory over all that its AoSoAs hold (the old "
-            "state to return to, sidecars)",
-            ratio(of.get(("memory", method)), of.get(("held", method)))))
+        for job, held, words in (
+                ("memory", "held", "with the old state to return to"),
+                ("memory, no retries", "held, no retries",
+                 "with `time.retries` 0")):
+            found.append(Row(
+                f"2D `{method}`, {words}, memory over all that its AoSoAs hold",
+                ratio(of.get((job, method)), of.get((held, method))),
+                most=1.4))
     return found
 
 
