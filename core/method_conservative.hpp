@@ -189,7 +189,7 @@ struct Conservative : MethodDefaults
             [&]( const auto& sums )
             {
                 Impl::depositParticles<Basis>( state, working, half_step,
-                                               storage.drift, sums );
+                                               sums );
                 make_images(); // of particles where they stand now
                 Impl::depositImages<Basis>( state, working, sums );
             } );

@@ -96,16 +96,13 @@ KOKKOS_FORCEINLINE_FUNCTION void mirrorAffine( const Mirror<Dim>& mirror,
   theta^a_f = sum V w^a_f / h^Dim, the same of V (p + q), and on nodes
   sum m w kb phi h max(-D, 0) / c, over particles, at the half step where there
   is one. D and phi are what the last step's G2P left with the particle.
-  \param half_step which has been reached \param drift of the integrator
-  midpoint, else null \param sums the scatter of the moments
+  \param half_step which has been reached \param sums the scatter of the moments
   \param[out] state.rates WorkingPressure
 */
 template <class Basis, int Dim, class Sums>
 void depositParticles( const State<Dim>& state, const WorkingGas& working,
-                       const HalfStep<Basis, Dim>& half_step,
-                       Sidecar<DriftMembers<Dim>>* drift, const Sums& sums )
+                       const HalfStep<Basis, Dim>& half_step, const Sums& sums )
 {
-    const auto next_expansion = sliceOf<NextExpansion>( drift );
     const auto flow = sliceOfFlow<Divergence>( state );
     const auto limiter = sliceOfFlow<Limiter>( state );
     const auto v = state.particles.template slice<Velocity>();
@@ -120,10 +117,9 @@ void depositParticles( const State<Dim>& state, const WorkingGas& working,
     forEachDeposit<ReadyPack<Dim>, Basis>(
         "Machpoint::depositParticles", state, sums,
         MACHPOINT_LAMBDA( const Pack p, ReadyPack<Dim>& own ) MACHPOINT_INLINE {
-            // At the step's start.
-            const Lanes volume = half_step( p, own.x, own.volume );
-            const Lanes ahead =
-                half_step.isTaken() ? load( next_expansion, p ) : Lanes( 0.0 );
+            Lanes ahead;
+            const Lanes volume = // at the step's start
+                half_step( p, own.x, own.volume, ahead );
             const Lanes divergence = load( flow, p );
             const Lanes phi = load( limiter, p );
             const Lanes sound = load( c, p );

@@ -68,6 +68,7 @@ class HalfStep
           _e( state.particles.template slice<SpecificInternalEnergy>() ),
           _extra( sliceOf<ExtraVelocity>( drift ) ),
           _expansion( sliceOf<LastExpansion>( drift ) ),
+          _next_expansion( sliceOf<NextExpansion>( drift ) ),
           _next_x( state.particles.template next<Position>() ),
           _next_V( state.particles.template next<Volume>() ),
           _next_C( state.particles.template next<VelocityGradient>().slice ),
@@ -87,18 +88,21 @@ class HalfStep
                 .template reached<VelocityGradient, SpecificInternalEnergy>();
     }
 
-    KOKKOS_FORCEINLINE_FUNCTION bool isTaken() const { return _is_taken; }
-
     //! Moves a pack, if there is such a half.
-    //! \param[out] x [Dim], volume where it is then \return its volume before
+    //! \param[out] x [Dim], volume where it is then
+    //! \param[out] expansion NextExpansion, 0 without such a half
+    //! \return its volume before
     KOKKOS_FORCEINLINE_FUNCTION Lanes operator()( const Pack p,
                                                   VectorOf<Dim, Lanes>& x,
-                                                  Lanes& volume ) const
+                                                  Lanes& volume,
+                                                  Lanes& expansion ) const
     {
         x = loadVector<Dim>( _x, p );
         const Lanes volume_before = volume = load( _V, p );
+        expansion = Lanes( 0.0 );
         if ( !_is_taken )
             return volume_before;
+        expansion = load( _next_expansion, p );
         Lanes heat( 0.0 );
         VectorOf<Dim, Lanes> way{};
         for ( int b = 0; b < Dim; ++b )
@@ -153,6 +157,7 @@ class HalfStep
     Old<SpecificInternalEnergy> _e;
     Drift<ExtraVelocity> _extra;
     Drift<LastExpansion> _expansion;
+    Drift<NextExpansion> _next_expansion;
     Next<Position> _next_x;
     Next<Volume> _next_V;
     // Read again by the kernel that asks, so they stay in the cache.
