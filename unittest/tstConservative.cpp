@@ -284,9 +284,10 @@ TEST_P( Parts, conserveAlone )
     }
 }
 
-INSTANTIATE_TEST_SUITE_P( Each, Parts,
-                          testing::Combine( testing::Range( 0, 13 ),
-                                            testing::ValuesIn( bases ) ) );
+INSTANTIATE_TEST_SUITE_P(
+    Each, Parts,
+    testing::Combine( testing::Range( 0, int( parts().size() ) ),
+                      testing::ValuesIn( bases ) ) );
 
 // Halves differ in their places alone, so gas that leaves a square stays its
 // own mirror image about both axes and both diagonals.

@@ -4,6 +4,7 @@
 #include <core/conservative/conduction.hpp>
 #include <core/conservative/deposit.hpp>
 #include <core/conservative/gather.hpp>
+#include <core/conservative/mixing.hpp>
 #include <core/conservative/stability.hpp>
 #include <core/scene.hpp>
 #include <core/transfer.hpp>
@@ -319,6 +320,49 @@ Heat heatOf( const State<Dim>& state, const int hot )
         },
         heat.sum, heat.hot, Kokkos::MinMax<Real>( heat.range ) );
     return heat;
+}
+
+//! A hot particle presses others aside. \return the largest volume then
+template <class Basis, int Dim>
+Real pressAside( Scene<Dim>& scene )
+{
+    auto& state = scene.state;
+    setHotParticle( state, 3, 0, 0 );
+    for ( auto& active : scene.modules )
+        active.module->particleState( state );
+    auto means = makeNodeSum( "means", state, 3 );
+    auto sums = makeNodeSum( "sums", state, Dim + 1 );
+    Impl::relaxPressure<Basis, Dim>( state, means, sums, 0.1_rt );
+    const auto V = state.particles.template slice<Volume>();
+    Real largest = 0;
+    Kokkos::parallel_reduce(
+        "largest", Range( 0, state.particles.size() ),
+        KOKKOS_LAMBDA( const int p, Real& most ) {
+            most = Kokkos::max( most, V( p ) );
+        },
+        Kokkos::Max<Real>( largest ) );
+    return largest;
+}
+
+// Who looks for large particles relies on being told of them, once.
+TYPED_TEST( Transfer, exchangeOfVolumeTellsOfLargeParticles )
+{
+    constexpr int Dim = TypeParam::dimension;
+    using Basis = typename TypeParam::basis;
+    const Real unknown = Kokkos::Experimental::infinity_v<Real>;
+    Real largest = 1;
+    for ( const Real part : { unknown, 1 + nudge, 1 - nudge } )
+    {
+        Box<Basis, Dim> box( "periodic" );
+        auto& state = box.scene.state;
+        state.rates = &state.particles.template addSidecar<RateMembers>(
+            "rates", DuringStep::renews );
+        state.large_volume = part * largest;
+        largest = pressAside<Basis>( box.scene );
+        EXPECT_EQ( isSuspected( state, Large ), part < 1 );
+        EXPECT_FALSE( isSuspected( state, Large ) );
+        EXPECT_FALSE( isSuspected( state, Unsound ) );
+    }
 }
 
 // A hot particle that friction has heated gives to all around it, also to those
