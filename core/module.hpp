@@ -125,9 +125,9 @@ struct State
     double cfl = 0;            //!< Courant number
     bool reproducible = false; //!< sums have the same bits on any ranks
     Real least_energy = 0;     //!< per mass, that a step may leave
-    //! Volume that the method wants to know of.
+    //! Kernels tell of particles above it (Large).
     Real large_volume = Kokkos::Experimental::infinity_v<Real>;
-    //! Not 0 where there is one; see Watch.
+    //! For each Suspicion: not 0 once a kernel has told of it; see Watch.
     Kokkos::View<int[suspicion_count], MemorySpace> suspicions{
         "Machpoint::suspicions" };
     std::int64_t step = 0; //!< steps done
