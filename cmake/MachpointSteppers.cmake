@@ -1,10 +1,9 @@
 # machpoint_add_steppers(target): adds the translation units of all enabled methods,
-# bases and dimensions, and core/stepper_list.hpp, which lists them. Three fifths of
-# a stepper's code are those of any other of its dimension, so a dimension is one
-# unit: 65 s and 1.5 GB of g++ 12, where three units, one for each basis, took 110 s.
-# nvcc, which takes minutes for a basis, gets these one by one. Presets join other
-# sources of the library, six to a unit, as most of the time goes into headers;
-# these units are large already.
+# bases and dimensions, and core/stepper_list.hpp, which lists them. Methods and bases
+# share much code, so a dimension is one unit: three, one for each basis, took g++ 12
+# nearly twice as long. nvcc, which takes minutes for a basis, gets these one by one,
+# and a unit of the time loop. Presets join other sources of the library, as most of
+# the time goes into headers; these units are large already.
 
 function(machpoint_camel_case out name)
   string(SUBSTRING "${name}" 0 1 head)
@@ -31,10 +30,13 @@ function(machpoint_add_unit target name template)
   set(source "${PROJECT_BINARY_DIR}/steppers/${name}.cpp")
   configure_file("${PROJECT_SOURCE_DIR}/cmake/${template}" "${source}" @ONLY)
   target_sources(${target} PRIVATE "${source}")
-  if(NOT Kokkos_ENABLE_CUDA)
-    set_source_files_properties("${source}" PROPERTIES
-                                SKIP_UNITY_BUILD_INCLUSION ON)
-  endif()
+endfunction()
+
+# machpoint_add_stepper_unit(target name): the unit of what STEPPERS instantiates.
+function(machpoint_add_stepper_unit target name)
+  machpoint_add_unit(${target} ${name} stepper.cpp.in)
+  set_source_files_properties("${PROJECT_BINARY_DIR}/steppers/${name}.cpp"
+                              PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
 function(machpoint_add_steppers target)
@@ -51,7 +53,11 @@ function(machpoint_add_steppers target)
     if(NOT DIM IN_LIST Machpoint_DIMENSIONS)
       continue()
     endif()
-    set(STEPPERS "")
+    set(STEPPERS "template class TimeLoop<${DIM}>;\n")
+    if(Kokkos_ENABLE_CUDA)
+      machpoint_add_stepper_unit(${target} time_loop_${DIM}d)
+      set(STEPPERS "")
+    endif()
     foreach(basis IN LISTS Machpoint_BASES)
       machpoint_camel_case(BASIS ${basis})
       foreach(method IN LISTS Machpoint_METHODS)
@@ -61,12 +67,12 @@ function(machpoint_add_steppers target)
         string(APPEND STEPPER_LIST " \\\n    X( ${DIM}, ${BASIS}, ${METHOD} )")
       endforeach()
       if(Kokkos_ENABLE_CUDA)
-        machpoint_add_unit(${target} ${basis}_${DIM}d stepper.cpp.in)
+        machpoint_add_stepper_unit(${target} ${basis}_${DIM}d)
         set(STEPPERS "")
       endif()
     endforeach()
     if(NOT Kokkos_ENABLE_CUDA)
-      machpoint_add_unit(${target} steppers_${DIM}d stepper.cpp.in)
+      machpoint_add_stepper_unit(${target} steppers_${DIM}d)
     endif()
   endforeach()
   configure_file("${PROJECT_SOURCE_DIR}/cmake/stepper_list.hpp.in"

@@ -278,6 +278,37 @@ KOKKOS_INLINE_FUNCTION Number slopeFactor( const Number& moment_before,
                        Number( 1.0 ) );
 }
 
+//! The moment of a basis as a number: kernels that know no more of a basis are
+//! compiled once for all of them.
+struct AffineMoment
+{
+    Real constant = 0;   //!< over h^2
+    bool varies = false; //!< is it that of hats instead?
+
+    template <class Basis>
+    static AffineMoment of()
+    {
+        if ( Basis::constant_moment )
+            return { Basis::moment( 0.0_rt ), false };
+        return { 0.0_rt, true };
+    }
+    //! As momentAt.
+    template <int Dim>
+    KOKKOS_INLINE_FUNCTION Real operator()( const Grid<Dim>& grid, const Real x,
+                                            const int b ) const
+    {
+        return varies ? momentAt<Linear, Dim>( grid, x, b )
+                      : constant * ( grid.spacing[b] * grid.spacing[b] );
+    }
+    //! As Machpoint::slopeFactor.
+    KOKKOS_INLINE_FUNCTION Real slopeFactor( const Real before,
+                                             const Real after ) const
+    {
+        return varies ? Machpoint::slopeFactor<Linear>( before, after )
+                      : 1.0_rt;
+    }
+};
+
 //! One node of a stencil, as seen by the particle.
 template <int Dim, class Number = Real>
 struct StencilNode

@@ -221,15 +221,6 @@ struct Apic : MethodDefaults
                               velocityComponents<Dim>() );
         Impl::gridToParticlesApic<Basis, Dim>( state );
     }
-
-    //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:
-    //! sum w (x_i - x)_b^2 / 2. \param f place in the cell along b
-    template <class Basis>
-    KOKKOS_INLINE_FUNCTION static Real affineEnergy( const Real f,
-                                                     const Real h )
-    {
-        return 0.5_rt * Basis::moment( f ) * h * h;
-    }
 };
 
 } // namespace Machpoint

@@ -158,8 +158,8 @@ struct Conservative : MethodDefaults
         if ( parts.merge_volume > 0 && state.step % parts.merge_every == 0 )
         {
             const Profile::Effect effect( "merging" );
-            Impl::mergeParticles<Basis, Dim>( state, *storage.history,
-                                              storage.marks, parts );
+            Impl::mergeParticles( state, *storage.history, storage.marks,
+                                  parts );
         }
         // Last: until the end of the step a half may stand beyond its rank's
         // box.
@@ -167,7 +167,7 @@ struct Conservative : MethodDefaults
         {
             const Profile::Effect effect( "splitting" );
             Impl::trackStretch( state, *storage.history, parts );
-            Impl::splitParticles<Basis, Dim>( state, *storage.history, parts );
+            Impl::splitParticles( state, *storage.history, parts );
         }
     }
 
@@ -250,15 +250,6 @@ struct Conservative : MethodDefaults
             gather<Basis, false, true>( state, storage );
         else
             gather<Basis, false, false>( state, storage );
-    }
-
-    //! Kinetic energy of the affine field per mass, as a factor of C_ab^2:
-    //! sum w (x_i - x)_b^2 / 2. \param f place in the cell along b
-    template <class Basis>
-    KOKKOS_INLINE_FUNCTION static Real affineEnergy( const Real f,
-                                                     const Real h )
-    {
-        return 0.5_rt * Basis::moment( f ) * h * h;
     }
 
   private:

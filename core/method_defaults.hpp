@@ -4,7 +4,7 @@
 
   A method is a struct with a name, a summary, a default basis, `affine`, a
   Storage (whose layOut allocates its node fields, again when the rank's box has
-  moved) and gridToParticles; the stepper calls the members below in the
+  moved) and gridToParticles; the time loop calls the members below in the
   order of the time step, and a method that has more to do there hides them.
 */
 #ifndef MACHPOINT_METHOD_DEFAULTS_HPP

@@ -202,13 +202,6 @@ struct Paper : MethodDefaults
         state.halo.fillSides( velocity, components );
         Impl::updateParticles<Basis, Dim>( state, velocity ); // 9, 10
     }
-
-    //! FLIP particles carry no affine kinetic energy.
-    template <class Basis>
-    KOKKOS_INLINE_FUNCTION static Real affineEnergy( const Real, const Real )
-    {
-        return 0;
-    }
 };
 
 } // namespace Machpoint

@@ -1,13 +1,14 @@
 /*!
   \file module.hpp
   \brief Layer 4: what an effect or a boundary is. A module is a struct with a
-  name, its declared parameters, and any of the hooks below; the stepper calls
+  name, its declared parameters, and any of the hooks below; the time loop calls
   the hooks of the modules in the scene, in the order of the input.
 */
 #ifndef MACHPOINT_MODULE_HPP
 #define MACHPOINT_MODULE_HPP
 
 #include <core/archive.hpp>
+#include <core/basis.hpp>
 #include <core/bounds.hpp>
 #include <core/collect.hpp>
 #include <core/images.hpp>
@@ -118,13 +119,14 @@ struct State
     IndexList leavers; //!< those of them that are beyond the domain
     Ledger ledger;
     Placement placement = Placement::lattice;
-    int per_cell = 1;          //!< particles per cell
-    std::uint64_t seed = 1;    //!< of all random draws
-    double time = 0;           //!< at the start of the step
-    double dt = 0;             //!< of the step, before it of the last one
-    double cfl = 0;            //!< Courant number
-    bool reproducible = false; //!< sums have the same bits on any ranks
-    Real least_energy = 0;     //!< per mass, that a step may leave
+    int per_cell = 1;           //!< particles per cell
+    std::uint64_t seed = 1;     //!< of all random draws
+    double time = 0;            //!< at the start of the step
+    double dt = 0;              //!< of the step, before it of the last one
+    double cfl = 0;             //!< Courant number
+    AffineMoment affine_moment; //!< m C^2 times half of it is kinetic energy
+    bool reproducible = false;  //!< sums have the same bits on any ranks
+    Real least_energy = 0;      //!< per mass, that a step may leave
     //! Kernels tell of particles above it (Large).
     Real large_volume = Kokkos::Experimental::infinity_v<Real>;
     //! For each Suspicion: not 0 once a kernel has told of it; see Watch.

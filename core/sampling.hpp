@@ -33,7 +33,7 @@ struct TotalsSum
 };
 
 //! Mass, momentum and energies of all particles on all ranks.
-template <class Basis, class Method, int Dim>
+template <int Dim>
 Totals sumParticles( const State<Dim>& state )
 {
     const auto x = state.particles.template slice<Position>();
@@ -42,6 +42,7 @@ Totals sumParticles( const State<Dim>& state )
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto grid = state.grid;
+    const auto moment = state.affine_moment;
     TotalsSum sums;
     Kokkos::parallel_reduce(
         "Machpoint::sumParticles", Range( 0, state.particles.size() ),
@@ -53,13 +54,9 @@ Totals sumParticles( const State<Dim>& state )
             {
                 sum.momentum[b] += mass * v( p, b );
                 sum.kinetic += 0.5_rt * mass * v( p, b ) * v( p, b );
-                const Real h = grid.spacing[b];
-                const Real y = x( p, b );
-                const Real f = ( y - grid.lower[b] ) / h - grid.cell( y, b );
+                const Real half = 0.5_rt * moment( grid, x( p, b ), b );
                 for ( int a = 0; a < Dim; ++a )
-                    sum.affine += mass *
-                                  Method::template affineEnergy<Basis>( f, h ) *
-                                  C( p, a, b ) * C( p, a, b );
+                    sum.affine += mass * half * C( p, a, b ) * C( p, a, b );
             }
         },
         sums );

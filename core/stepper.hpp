@@ -1,20 +1,12 @@
 /*!
   \file stepper.hpp
-  \brief Layer 5: the time loop, with the names and numbers of Algorithm 1.
+  \brief Layer 5: a method on a basis, as the time loop calls it.
 */
 #ifndef MACHPOINT_STEPPER_HPP
 #define MACHPOINT_STEPPER_HPP
 
-#include <core/fault.hpp>
 #include <core/method_defaults.hpp>
-#include <core/profile.hpp>
-#include <core/sampling.hpp>
-#include <core/scene.hpp>
-#include <core/simulation.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include <core/time_loop.hpp>
 
 namespace Machpoint
 {
@@ -25,663 +17,77 @@ namespace Machpoint
   \tparam Method Paper, Apic or Conservative: what differs within a step.
 */
 template <int Dim, class Basis, class Method>
-class Stepper : public Simulation
+class Stepper : public TimeLoop<Dim>
 {
   public:
     //! \param input resolved \throws InputError
     explicit Stepper( const Json& input )
-        : _scene( makeScene<Dim>( input, { Basis::centred, Basis::halo,
-                                           Method::reach, Method::margin } ) ),
-          _storage( makeNodes(), input ),
-          _balancer( input.at( "decomposition" ).at( "balance" ) ),
-          _sort_every( input.at( "particles" ).at( "sort_every" ) ),
-          _most_retries( input.at( "time" ).at( "retries" ) )
+        : TimeLoop<Dim>( input, scheme() ), _storage( this->state(), input )
     {
-        if ( !Method::positive_energy )
-            _scene.state.least_energy = -Kokkos::Experimental::infinity_v<Real>;
-        each( "set-up", &Module<Dim>::layOut );
-        each( "set-up", &Module<Dim>::initialize );
-        each( "set-up", &Module<Dim>::particleState );
-        _particles =
-            comm().sum( std::int64_t( _scene.state.particles.size() ) );
-        imbalance();
-        survey( {} );
-    }
-
-    /*!
-      Algorithm 1 of Baioni et al. 2023 (docs/method.md); `conservative` adds
-      to it (docs/conservative.md). A step that breaks the gas is repeated from
-      its start with half the time step.
-    */
-    void step( const double until ) override
-    {
-        prepare();
-        for ( double part = 1;; part /= 2 )
-        {
-            chooseTimeStep( until, part );
-            advance();
-            const auto fault = findFault();
-            if ( fault.empty() )
-                break;
-            reject( fault, part );
-        }
-        applyBoundaries();
-        inject();
-        migrateNoted();
-        auto& state = _scene.state;
-        state.time =
-            state.dt >= until - state.time ? until : state.time + state.dt;
-        ++state.step;
-    }
-
-    int dimension() const override { return Dim; }
-    double time() const override { return _scene.state.time; }
-    double timeStep() const override { return _scene.state.dt; }
-    std::int64_t steps() const override { return _scene.state.step; }
-    std::int64_t particles() const override { return _particles; }
-    const std::string& limiter() const override { return _limiter; }
-    double bytesPerParticle() const override
-    {
-        return _scene.state.particles.bytesPerParticle();
-    }
-    Totals totals() const override
-    {
-        return sumParticles<Basis, Method>( _scene.state );
-    }
-    const Extrema& extrema() const override { return _extrema; }
-    std::int64_t retries() const override { return _retries; }
-    LedgerTotals ledger() const override
-    {
-        const auto all = ledgerOfRanks();
-        return { all.mass_in.value(), all.mass_out.value(),
-                 all.energy_in.value() };
-    }
-    Imbalance imbalance() override
-    {
-        _balancer.look( _scene.state.decomposition, _scene.state.particles );
-        return _balancer.seen();
-    }
-    bool isOpen() const override { return _scene.is_open; }
-    bool conservesMomentum( const int axis ) const override
-    {
-        for ( const auto& active : _scene.modules )
-            if ( active.module->exertsForce() )
-                return false;
-        return !_scene.is_open && !_scene.has_wall[axis];
-    }
-    ParticleData particleData() override
-    {
-        _scene.gas->particleState( _scene.state ); // pressure without q
-        return copyParticles( _scene.state );
-    }
-    GridData gridData() override
-    {
-        _scene.gas->particleState( _scene.state );
-        return sampleGrid<Basis>( _scene.state );
-    }
-    std::vector<const Series*> series() const override
-    {
-        std::vector<const Series*> list;
-        for ( const auto& active : _scene.modules )
-            if ( active.module->series() )
-                list.push_back( active.module->series() );
-        return list;
-    }
-    void checkpoint( Archive& archive ) override
-    {
-        auto& state = _scene.state;
-        archive( "time", state.time );
-        archive( "time_step", state.dt );
-        archive( "step", state.step );
-        archive( "next_id", state.next_id );
-        archive( "limiter", _limiter );
-        archive( "retries", _retries );
-        auto ledger = ledgerOfRanks();
-        ledger.mass_in.checkpoint( archive, "ledger/mass_in" );
-        ledger.mass_out.checkpoint( archive, "ledger/mass_out" );
-        ledger.energy_in.checkpoint( archive, "ledger/energy_in" );
-        _stable = comm().min( _stable );
-        archive( "stable_time_step", _stable );
-        archive( "extrema/min_density", _extrema.min_density );
-        archive( "extrema/min_specific_internal_energy",
-                 _extrema.min_specific_internal_energy );
-        archive( "extrema/max_mach", _extrema.max_mach );
-        _balancer.checkpoint( archive );
-        state.decomposition.checkpoint( archive );
-        state.particles.checkpoint( archive );
-        for ( std::size_t k = 0; k < _scene.modules.size(); ++k )
-        {
-            const auto& active = _scene.modules[k];
-            const Archive::Group group(
-                archive, fmt::format( "modules/{} {}", k, active.name ) );
-            active.module->checkpoint( archive );
-        }
-        if ( !archive.isReading() )
-            return;
-        // What was recorded together is one rank's from here on, and rows go
-        // to the ranks that now have their cells.
-        state.ledger = comm().isRoot() ? ledger : Ledger{};
-        if ( comm().size() > 1 )
-            layOut();
-        migrateAll();
-        keepLedger();
-        if ( _most_retries > 0 )
-            state.particles.save();
+        this->setUp();
     }
 
   private:
-    const Communicator& comm() const
+    static Scheme scheme()
     {
-        return _scene.state.decomposition.comm();
+        return { { Basis::centred, Basis::halo, Method::reach, Method::margin },
+                 Basis::nodes,
+                 Method::template moment_columns<Dim>,
+                 Method::template velocity_columns<Dim>,
+                 Method::affine,
+                 Method::affine ? AffineMoment::of<Basis>() : AffineMoment{},
+                 Method::positive_energy };
     }
 
-    Ledger ledgerOfRanks() const
+    void layOutFields() override { _storage.layOut( this->state() ); }
+    void prepareParticles() override
     {
-        const auto& own = _scene.state.ledger;
-        const auto sums =
-            sumOfRanks( comm(), { own.mass_in, own.mass_out, own.energy_in } );
-        return { sums[0], sums[1], sums[2] };
+        Method::template prepare<Basis>( this->state(), _storage, this->gas() );
+    }
+    void particlesToGrid() override
+    {
+        Method::template particlesToGrid<Basis>(
+            this->state(), _storage, this->gas(),
+            [this] { this->mirrorParticles(); } );
+    }
+    void foldMoments() override
+    {
+        auto& state = this->state();
+        const auto components = Method::template momentComponents<Dim>();
+        const auto divide = [&]( const NodeRows& rows )
+        { gridVelocity( state, rows ); };
+        auto& moments = state.nodes.moment_sum;
+        if ( Method::needs_outer_moments )
+            moments.foldAndFill( state.halo, components, divide );
+        else
+            moments.fold( state.halo, components, divide );
+    }
+    void advanceVelocities() override
+    {
+        Method::advanceGridVelocity( this->state(), _storage );
+    }
+    double stableTimeStep() const override
+    {
+        return Method::template stableTimeStep<Basis>( this->state(), _storage,
+                                                       this->gas() );
+    }
+    void gridToParticles() override
+    {
+        Method::template gridToParticles<Basis>( this->state(), _storage,
+                                                 [this]( const GridVelocity& v )
+                                                 { this->constrain( v ); } );
+    }
+    int firstRow( const Vector<Dim>& x ) const override
+    {
+        const auto& state = this->state();
+        return Stencil<Basis, Dim>( state.grid, state.layout, x ).base;
+    }
+    GridData sampleNodes() const override
+    {
+        return sampleGrid<Basis>( this->state() );
     }
 
-    //! The state, with its node fields allocated.
-    State<Dim>& makeNodes()
-    {
-        auto& state = _scene.state;
-        state.nodes.moment_sum = makeNodeSum(
-            "Machpoint::moments", state, Method::template moment_columns<Dim> );
-        state.nodes.moments = state.nodes.moment_sum.field();
-        state.nodes.velocities =
-            NodeView( "Machpoint::velocities", state.layout.total,
-                      Method::template velocity_columns<Dim> );
-        return state;
-    }
-
-    //! Makes all that hangs on this rank's box, for the box that it has now.
-    void layOut()
-    {
-        {
-            Profile::Phase phase( "balance" );
-            Machpoint::layOut( _scene );
-            _storage.layOut( makeNodes() );
-        }
-        each( "balance", &Module<Dim>::layOut );
-    }
-
-    //! Every few steps: moves the boxes where one has too many particles.
-    void balance()
-    {
-        auto& state = _scene.state;
-        if ( !_balancer.isDue( comm(), state.step ) )
-            return;
-        {
-            Profile::Phase phase( "balance" );
-            // A box must be wider than its halo.
-            int fewest = 0;
-            for ( int d = 0; d < Dim; ++d )
-                fewest = std::max( fewest, state.layout.halo[d] + 1 );
-            if ( !_balancer.moveCuts( state.decomposition, state.grid,
-                                      state.particles, fewest ) )
-                return;
-        }
-        layOut();
-        migrateAll();
-        sortParticles();
-    }
-
-    //! All that comes before the choice of dt: rearranged, checked and sorted
-    //! particles.
-    void prepare()
-    {
-        auto& state = _scene.state;
-        {
-            Profile::Phase phase( "prepare" );
-            Method::template prepare<Basis>( state, _storage, *_scene.gas );
-        }
-        each( "particle state", &Module<Dim>::particleState ); // 1
-        const auto own = limits();
-        {
-            Profile::Phase phase( "guard" );
-            survey( own );
-        }
-        // A state that is sound, so that the one before is not needed.
-        if ( state.step % _sort_every == 0 )
-            sortParticles();
-        balance();
-        keepLedger();
-    }
-
-    //! Keeps what is not of the particles for a step that is repeated.
-    void keepLedger()
-    {
-        const auto& state = _scene.state;
-        _saved_ledger = state.ledger;
-        _saved_time = state.time;
-        _saved_step = state.step;
-    }
-
-    //! Lines 2 to 10: from particles to particles, sides not yet applied.
-    void advance()
-    {
-        auto& state = _scene.state;
-        {
-            Profile::Phase phase( "guard" );
-            const Profile::Effect effect( "retries" );
-            // A reproducible sum asks particles twice for what they add, where
-            // they are at the step's start.
-            state.particles.beginStep( _most_retries > 0 ||
-                                       state.reproducible );
-        }
-        state.noted.clear( state.particles.size() );
-        {
-            Profile::Phase phase( "P2G" );
-            Method::template particlesToGrid<Basis>( // 2-4
-                state, _storage, *_scene.gas,
-                [this]
-                {
-                    _scene.state.images.count = 0;
-                    each( "images", &Module<Dim>::mirrorParticles );
-                } );
-        }
-        each( "grid force", &Module<Dim>::keepDeposit );
-        {
-            Profile::Phase phase( "grid" );
-            const auto components = Method::template momentComponents<Dim>();
-            const auto divide = [&]( const NodeRows& rows )
-            { gridVelocity( state, rows ); };
-            auto& moments = state.nodes.moment_sum;
-            if ( Method::needs_outer_moments )
-                moments.foldAndFill( state.halo, components, divide );
-            else
-                moments.fold( state.halo, components, divide );
-        }
-        // FLIP takes up only v' - v, so there v alone gives no impulse.
-        constrain( { state.nodes.velocities, 0, Method::affine } ); // eq. 7
-        {
-            Profile::Phase phase( "grid" );
-            Method::advanceGridVelocity( state, _storage ); // 5
-        }
-        if ( state.step % stability_every == 0 )
-        {
-            Profile::Phase phase( "time step" );
-            _stable = Method::template stableTimeStep<Basis>( state, _storage,
-                                                              *_scene.gas );
-        }
-        each( "grid force", &Module<Dim>::gridForce );
-        constrain( { state.nodes.velocities, Dim } ); // eq. 7
-        each( "grid work", &Module<Dim>::gridWork );
-        {
-            Profile::Phase phase( "G2P" );
-            Method::template gridToParticles<Basis>( // 6-10
-                state, _storage,
-                [this]( const GridVelocity& v ) { constrain( v ); } );
-        }
-        state.particles.endStep();
-        applySources();
-    }
-
-    void applySources()
-    {
-        Profile::Phase phase( "particle source" );
-        _has_sources = false;
-        for ( auto& active : _scene.modules )
-        {
-            Profile::Effect effect( active.name );
-            if ( active.module->particleSource( _scene.state ) )
-                _has_sources = true;
-        }
-    }
-
-    //! \name Particles that are marked go, others to the ranks that have their
-    //! cells
-    //! @{
-    //! All are looked at.
-    void migrateAll()
-    {
-        const Profile::Phase phase( "migration" );
-        auto& state = _scene.state;
-        _particles = state.particles.migrate(
-            comm(), state.decomposition.finder( state.grid ) );
-    }
-    //! Those of state.noted are.
-    void migrateNoted()
-    {
-        const Profile::Phase phase( "migration" );
-        auto& state = _scene.state;
-        _particles = state.particles.migrate(
-            comm(), state.decomposition.finder( state.grid ), state.noted );
-    }
-    //! @}
-
-    //! What is wrong with the gas on any rank: empty if nothing.
-    std::string findFault()
-    {
-        if ( _most_retries == 0 )
-            return {};
-        Profile::Phase phase( "guard" );
-        const Profile::Effect effect( "retries" );
-        auto& state = _scene.state;
-        if ( !isSuspected( state, Unsound ) && !_has_sources )
-            return describe( Fault{} );
-        return describe( Machpoint::findFault( state ) );
-    }
-
-    //! The text of the rank whose fault is the worst; empty without faults.
-    std::string describe( const Fault& fault ) const
-    {
-        const double kind = static_cast<int>( fault.kind );
-        const double worst = comm().max( kind );
-        return worst > 0 ? describe( fault, kind == worst ) : std::string();
-    }
-    //! \param is_worst is it on this rank, perhaps among others?
-    std::string describe( const Fault& fault, const bool is_worst ) const
-    {
-        const int own = comm().rank();
-        const int first =
-            static_cast<int>( comm().min( is_worst ? own : comm().size() ) );
-        return comm().from( first, first == own
-                                       ? describeFault( _scene.state, fault )
-                                       : std::string() );
-    }
-
-    //! Returns to the start of the step. \throws NumericalFailure when a
-    //! shorter step has been tried often enough
-    void reject( const std::string& fault, const double part )
-    {
-        restore();
-        if ( part * std::ldexp( 1.0, _most_retries ) < 1.5 )
-            throw NumericalFailure( fault );
-        ++_retries;
-        each( "particle state", &Module<Dim>::particleState );
-    }
-
-    void restore()
-    {
-        auto& state = _scene.state;
-        state.particles.restore();
-        _particles = comm().sum( std::int64_t( state.particles.size() ) );
-        state.ledger = _saved_ledger;
-        state.time = _saved_time;
-        state.step = _saved_step;
-        for ( auto& active : _scene.modules )
-            active.module->rejectStep( state );
-    }
-
-    //! Calls a hook of every module, in the order of the input.
-    void each( const char* phase_name,
-               void ( Module<Dim>::*hook )( State<Dim>& ) )
-    {
-        Profile::Phase phase( phase_name );
-        for ( auto& active : _scene.modules )
-        {
-            Profile::Effect effect( active.name );
-            ( active.module.get()->*hook )( _scene.state );
-        }
-    }
-
-    void constrain( const GridVelocity& velocity )
-    {
-        Profile::Phase phase( "grid boundaries" );
-        for ( auto& active : _scene.modules )
-        {
-            Profile::Effect effect( active.name );
-            active.module->applyToGrid( _scene.state, velocity );
-        }
-    }
-
-    //! Leavers are looked for again where a module has moved others.
-    void applyBoundaries()
-    {
-        Profile::Phase phase( "particle boundaries" );
-        auto& state = _scene.state;
-        int seen = -1;
-        for ( auto& active : _scene.modules )
-        {
-            if ( const int noted = state.noted.count(); noted != seen )
-            {
-                findLeavers();
-                seen = noted;
-            }
-            Profile::Effect effect( active.name );
-            active.module->applyToParticles( state );
-        }
-    }
-
-    //! New particles may be another rank's.
-    void inject()
-    {
-        auto& state = _scene.state;
-        const int n = state.particles.size();
-        each( "inject", &Module<Dim>::inject );
-        noteFrom( n );
-    }
-
-    //! Largest time step that each module, and last the method, allows this
-    //! rank.
-    std::vector<double> limits()
-    {
-        Profile::Phase phase( "time step" );
-        std::vector<double> found;
-        for ( auto& active : _scene.modules )
-        {
-            Profile::Effect effect( active.name );
-            found.push_back( active.module->limitTimeStep( _scene.state ) );
-        }
-        found.push_back( _stable );
-        return found;
-    }
-
-    /*!
-      \brief Is the gas sound, how fast is it, what are its extremes? One
-      reduction tells all ranks all of it.
-      \param limits of the time step, this rank's
-    */
-    void survey( const std::vector<double>& limits )
-    {
-        const auto& found = _scene.state.survey;
-        const auto& own = found.extrema;
-        std::vector<double> largest = {
-            found.broken >= 0 ? 1.0 : 0.0, found.fastest, -own.min_density,
-            -own.min_specific_internal_energy, own.max_mach };
-        for ( const double limit : limits )
-            largest.push_back( -limit );
-        largest = comm().max( largest );
-        if ( largest[0] > 0 )
-        {
-            const auto fault = describe(
-                { found.broken, FaultKind::not_finite }, found.broken >= 0 );
-            // A boundary or a source broke the gas after the step's check.
-            if ( _most_retries > 0 && _scene.state.step > 0 )
-                restore();
-            throw NumericalFailure( fault );
-        }
-        _fastest = largest[1];
-        _extrema += Extrema{ static_cast<Real>( -largest[2] ),
-                             static_cast<Real>( -largest[3] ),
-                             static_cast<Real>( largest[4] ) };
-        _limits.clear();
-        for ( std::size_t k = 5; k < largest.size(); ++k )
-            _limits.push_back( -largest[k] );
-    }
-
-    //! dt = CFL h / max(c + |v|), or less where an effect asks for it.
-    //! \param part of it, for a step that is repeated
-    void chooseTimeStep( const double until, const double part )
-    {
-        auto& state = _scene.state;
-        double dt = Kokkos::Experimental::infinity_v<double>;
-        if ( _fastest > 0 )
-            dt = state.cfl * state.grid.minSpacing() / _fastest;
-        _limiter = "wave speed";
-        for ( std::size_t k = 0; k < _limits.size(); ++k )
-            if ( _limits[k] < dt )
-            {
-                dt = _limits[k];
-                _limiter = k < _scene.modules.size() ? _scene.modules[k].name
-                                                     : "stability";
-            }
-        if ( state.step < start_up_steps )
-            dt *= start_up_factor;
-        if ( part < 1 )
-        {
-            dt *= part;
-            _limiter = "a repeated step";
-        }
-        if ( part == 1 && !( dt > 1e-14 * ( until - state.time ) ) )
-            throw NumericalFailure( fmt::format(
-                "the time step fell to {:.3g} at step {}, t = {:.8g}, limited "
-                "by {}; the run would not end: look for a particle that is "
-                "hot or fast beyond reason",
-                dt, state.step, state.time, _limiter ) );
-        if ( dt >= until - state.time )
-        {
-            dt = until - state.time;
-            _limiter = "output time";
-        }
-        state.dt = dt;
-    }
-
-    void sortParticles()
-    {
-        Profile::Phase phase( "sort" );
-        auto& state = _scene.state;
-        const auto& box = state.layout.box;
-        // Handed over, as the order needs the memory of the cells.
-        const auto bins = Cabana::binByKey(
-            cellsOf( state.particles.template slice<Position>(), state.grid,
-                     box ),
-            box.totalCells(), 0, state.particles.size() );
-        state.particles.permute( bins );
-        setSeams();
-        if ( state.reproducible )
-            checkCrowding( mostInCell( bins ) );
-    }
-
-    //! Gives each thread the nodes from the first that its particles see.
-    void setSeams()
-    {
-        if constexpr ( NodeSeams::has_threads )
-        {
-            const auto& state = _scene.state;
-            const auto x = state.particles.template slice<Position>();
-            const int n = state.particles.size();
-            const int share =
-                shareOf( countPacks( n ), ExecutionSpace().concurrency() ) *
-                lane_count;
-            int first = 0;
-            for ( int t = 1; t < state.seams.threads(); ++t )
-            {
-                const int row =
-                    t * share < n
-                        ? Stencil<Basis, Dim>( state.grid, state.layout,
-                                               get<Dim>( x, t * share ) )
-                              .base
-                        : state.layout.total;
-                // A half may stand beyond the box, ahead of its cell's order.
-                first = std::max( first, row );
-                state.seams.set( t, first );
-            }
-        }
-    }
-
-    //! \throws NumericalFailure where a node has more terms than a reproducible
-    //! sum holds; half of them are for images, and what comes before the next
-    //! sort
-    void checkCrowding( const int own_most ) const
-    {
-        int limit = 1 << ( RoundedTerms::log2_terms - 1 );
-        for ( int d = 0; d < Dim; ++d )
-            limit /= Basis::nodes;
-        const double most = comm().max( static_cast<double>( own_most ) );
-        if ( most > limit )
-            throw NumericalFailure( fmt::format(
-                "{} particles share a cell at step {}, and with reproducible "
-                "sums {} can: take fewer particles.per_cell, a larger "
-                "method.merge_volume, or reproducible false",
-                most, _scene.state.step, limit ) );
-    }
-
-  public:
-    void findLeavers()
-    {
-        auto& state = _scene.state;
-        const auto x = state.particles.template slice<Position>();
-        const auto domain = domainBounds( state.grid );
-        state.leavers = state.noted.rows(
-            state.particles.size(), MACHPOINT_LAMBDA( const int p ) {
-                return domain.excludes( get<Dim>( x, p ) );
-            } );
-        if ( !_scene.is_open )
-            return;
-        const Profile::Effect effect( "retries" );
-        state.particles.keepIdentities( state.leavers );
-    }
-
-    //! Notes the particles from a row on.
-    void noteFrom( const int first )
-    {
-        const auto noted = _scene.state.noted;
-        const int n = _scene.state.particles.size();
-        if ( n > first )
-            Kokkos::parallel_for(
-                "Machpoint::noteNew", Range( first, n ),
-                MACHPOINT_LAMBDA( const int p ) { noted.note( p ); } );
-    }
-
-    //! Cell of every particle, within the rank's box. Public because nvcc wants
-    //! the parent function of a device lambda to be accessible.
-    template <class PositionSlice>
-    static IndexList cellsOf( const PositionSlice& x, const Grid<Dim>& grid,
-                              const CellBox<Dim>& box )
-    {
-        const int n = static_cast<int>( x.size() );
-        const IndexList cells(
-            Kokkos::view_alloc( "Machpoint::cells",
-                                Kokkos::WithoutInitializing ),
-            n );
-        forEachPack(
-            "Machpoint::cellOfParticle", n,
-            MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-                const auto cell = box.flatCell( grid, loadVector<Dim>( x, p ) );
-                for ( int l = 0; l < p.count; ++l )
-                    cells( p.first + l ) = lane( cell, l );
-            } );
-        return cells;
-    }
-
-    //! Most particles of a cell.
-    static int mostInCell( const ParticleBins& bins )
-    {
-        int most = 0;
-        Kokkos::parallel_reduce(
-            "Machpoint::mostInCell", Range( 0, bins.numBin() ),
-            MACHPOINT_LAMBDA( const int c, int& max ) {
-                max = Kokkos::max( max, bins.binSize( c ) );
-            },
-            Kokkos::Max<int>( most ) );
-        return most;
-    }
-
-  private:
-    Scene<Dim> _scene;
     typename Method::template Storage<Dim> _storage;
-    Balancer<Dim> _balancer;
-    int _sort_every;
-    int _most_retries;
-    std::int64_t _particles = 0; // on all ranks
-    std::int64_t _retries = 0;
-    bool _has_sources = false; // after G2P, in this step
-    //! \name Over all ranks, before the step
-    //! @{
-    double _fastest = 0;         // max of c + |v|
-    std::vector<double> _limits; // of the time step, [modules + 1]
-    //! @}
-    //! That the arrangement of this rank's particles allows.
-    double _stable = std::numeric_limits<double>::infinity();
-    Ledger _saved_ledger;
-    double _saved_time = 0;
-    std::int64_t _saved_step = 0;
-    std::string _limiter;
-    Extrema _extrema;
 };
 
 } // namespace Machpoint

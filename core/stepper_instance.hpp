@@ -10,6 +10,11 @@
 namespace Machpoint
 {
 
+// One of these units has the loop.
+extern template class TimeLoop<1>;
+extern template class TimeLoop<2>;
+extern template class TimeLoop<3>;
+
 template <int Dim, class Basis, class Method>
 std::unique_ptr<Simulation> makeSimulation( const Json& input )
 {

@@ -187,7 +187,7 @@ bool repeatsExactly()
     return ExecutionSpace().concurrency() == 1;
 }
 
-// Nothing that a module or the stepper carries is forgotten.
+// Nothing that a module or the time loop carries is forgotten.
 TEST_P( AnyScene, goesOnAlike )
 {
     if ( !repeatsExactly() )

@@ -118,7 +118,7 @@ Real largeVolume( const State<Dim>& state, const ConservativeParts& parts )
   (on hats, what the affine energy loses becomes heat). Looks for them where a
   kernel has told of one.
 */
-template <class Basis, int Dim>
+template <int Dim>
 void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                      const ConservativeParts& parts )
 {
@@ -166,6 +166,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto volume = state.particles.template slice<Volume>();
     const auto lengths = Cabana::slice<Stretch>( history.data() );
     const auto grid = state.grid;
+    const auto moment_of = state.affine_moment;
     Kokkos::parallel_for(
         "Machpoint::splitParticles", Range( 0, count ),
         MACHPOINT_LAMBDA( const int k ) {
@@ -214,13 +215,11 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                     if ( u[b] == 0 )
                         continue;
                     lengths( half, b ) -= halved / axes;
-                    const Real moment =
-                        momentAt<Basis, Dim>( grid, x( half, b ), b );
+                    const Real moment = moment_of( grid, x( half, b ), b );
                     x( half, b ) += ( half == p ? -offset : offset ) * u[b];
-                    const Real moment_new =
-                        momentAt<Basis, Dim>( grid, x( half, b ), b );
+                    const Real moment_new = moment_of( grid, x( half, b ), b );
                     const Real factor =
-                        slopeFactor<Basis>( moment, moment_new );
+                        moment_of.slopeFactor( moment, moment_new );
                     for ( int a = 0; a < Dim; ++a )
                     {
                         const Real slope = affine( half, a, b );
@@ -264,7 +263,7 @@ halfCell( const Grid<Dim>& grid, const CellBox<Dim>& box, const Vector<Dim>& x )
   four times what its parts started with.
   \param marks all zero, on entry and on return
 */
-template <class Basis, int Dim>
+template <int Dim>
 void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                      const HalfCellMarks& marks,
                      const ConservativeParts& parts )
@@ -280,6 +279,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto stretch = Cabana::slice<Stretch>( history.data() );
     const auto original = Cabana::slice<OriginalMass>( history.data() );
     const auto grid = state.grid;
+    const auto moment_of = state.affine_moment;
     // Pairs that the gas's own particles would be at the start do not merge.
     const Real largest =
         Kokkos::min( parts.merge_volume, 0.5_rt / state.per_cell ) *
@@ -408,18 +408,16 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 {
                     return fp * fq * ( v( p, a ) - v( q, a ) ) *
                            ( x( p, b ) - x( q, b ) ) /
-                           ( Basis::constant_moment
-                                 ? momentAt<Basis, Dim>( grid, x( p, b ), b )
-                                 : grid.spacing[b] * grid.spacing[b] );
+                           ( moment_of.varies
+                                 ? grid.spacing[b] * grid.spacing[b]
+                                 : moment_of( grid, x( p, b ), b ) );
                 };
                 for ( int b = 0; b < Dim; ++b )
                 {
-                    const Real moment_p =
-                        momentAt<Basis, Dim>( grid, x( p, b ), b );
-                    const Real moment_q =
-                        momentAt<Basis, Dim>( grid, x( q, b ), b );
-                    const Real moment = momentAt<Basis, Dim>(
-                        grid, fp * x( p, b ) + fq * x( q, b ), b );
+                    const Real moment_p = moment_of( grid, x( p, b ), b );
+                    const Real moment_q = moment_of( grid, x( q, b ), b );
+                    const Real moment =
+                        moment_of( grid, fp * x( p, b ) + fq * x( q, b ), b );
                     const Real dv = v( p, b ) - v( q, b );
                     before += fp * fq * dv * dv;
                     for ( int a = 0; a < Dim; ++a )
@@ -443,8 +441,8 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 Real lost = before; // twice
                 for ( int b = 0; b < Dim; ++b )
                 {
-                    const Real moment = momentAt<Basis, Dim>(
-                        grid, fp * x( p, b ) + fq * x( q, b ), b );
+                    const Real moment =
+                        moment_of( grid, fp * x( p, b ) + fq * x( q, b ), b );
                     for ( int a = 0; a < Dim; ++a )
                     {
                         const Real kept = asDeviation(
