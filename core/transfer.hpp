@@ -20,15 +20,6 @@ namespace Machpoint
 
 namespace Impl
 {
-//! The scatter of a kernel that adds to no node.
-struct NoSums
-{
-    struct Thread
-    {
-    };
-    KOKKOS_FORCEINLINE_FUNCTION Thread thread() const { return {}; }
-};
-
 //! Does a body leave nothing to be added later?
 template <class Prepare>
 KOKKOS_INLINE_FUNCTION constexpr bool leavesNothing()
@@ -158,15 +149,13 @@ fetchSumsAhead( [[maybe_unused]] const Access& nodes, const Bases<Lanes>& base,
                                  layout );
 }
 
-template <class Basis, int Dim, class Positions, class Sums, class Body,
-          std::size_t Fields>
-struct StencilTurns
+template <class Basis, int Dim, class Positions, class Body, std::size_t Fields>
+struct GatherTurns
 {
     Positions x;
     Grid<Dim> grid;
     NodeLayout<Dim> layout;
     int n;
-    Sums sums;
     Body body;
     Kokkos::Array<FieldAhead, Fields> read;
 
@@ -177,47 +166,31 @@ struct StencilTurns
         Own<Grid<Dim>> own_grid = grid;
         Own<NodeLayout<Dim>> own_layout = layout;
         Own<Body> own_body = body;
+        [[maybe_unused]] const auto own_read = read;
         const int all = n;
-        auto stencilOf = [&]( const int k ) MACHPOINT_INLINE
-        {
-            return Stencil<Basis, Dim, Lanes>(
-                own_grid, own_layout,
-                loadVector<Dim>( own_x, Pack::of( k, all ) ) );
-        };
-        if constexpr ( std::is_same_v<Sums, NoSums> )
-        {
-            [[maybe_unused]] const auto own_read = read;
-            makeAhead( first, last, stencilOf,
-                       [&]( const int k, const Stencil<Basis, Dim, Lanes>& s )
-                           MACHPOINT_INLINE
-                       {
-                           if constexpr ( Dim == 2 )
-                               for ( std::size_t f = 0; f < Fields; ++f )
-                                   fetchAhead<Basis, false>(
-                                       own_read[f], s.base, own_layout );
-                           own_body( Pack::of( k, all ), s );
-                       } );
-        }
-        else
-        {
-            const auto thread = sums.thread();
-            addBehind( first, last,
-                       [&]( const int k ) MACHPOINT_INLINE
-                       {
-                           const Pack p = Pack::of( k, all );
-                           const auto s = stencilOf( k );
-                           const auto nodes =
-                               accessTo( thread, p, s, own_layout );
-                           fetchSumsAhead<Basis>( nodes, s.base, own_layout );
-                           return own_body( p, s, nodes );
-                       } );
-        }
+        makeAhead(
+            first, last,
+            [&]( const int k ) MACHPOINT_INLINE
+            {
+                return Stencil<Basis, Dim, Lanes>(
+                    own_grid, own_layout,
+                    loadVector<Dim>( own_x, Pack::of( k, all ) ) );
+            },
+            [&]( const int k, const Stencil<Basis, Dim, Lanes>& s )
+                MACHPOINT_INLINE
+            {
+                if constexpr ( Dim == 2 )
+                    for ( std::size_t f = 0; f < Fields; ++f )
+                        fetchAhead<Basis, false>( own_read[f], s.base,
+                                                  own_layout );
+                own_body( Pack::of( k, all ), s );
+            } );
     }
 };
 
 template <class Ready, class Basis, int Dim, class Sums, class Act,
           class Deposit>
-struct ActingTurns
+struct DepositTurns
 {
     Grid<Dim> grid;
     NodeLayout<Dim> layout;
@@ -250,30 +223,37 @@ struct ActingTurns
     }
 };
 
-//! Blocks that a multiprocessor of a GPU is to hold (RangeOf), as measured:
-//! a thread has 128 registers, and in 3D, where it only gathers, 168.
-template <int Dim, class Sums>
-inline constexpr int stencil_blocks =
-    Dim == 3 && std::is_same_v<Sums, NoSums> ? 3 : 4;
-
-template <class Basis, int Dim, class Sums, class Body, class... Fields>
-void overStencils( const char* label, const State<Dim>& state, const Sums& sums,
-                   const Body& body, const Fields&... read )
+//! A pack of which nothing is made ready but its place, and what reads it.
+template <int Dim>
+struct PlacedPack
 {
-    const auto x = state.particles.template slice<Position>();
-    const int n = state.particles.size();
-    forEachShare<stencil_blocks<Dim, Sums>>(
-        label, countPacks( n ),
-        StencilTurns<Basis, Dim, decltype( x ), Sums, Body, sizeof...( read )>{
-            x,
-            state.grid,
-            state.layout,
-            n,
-            sums,
-            body,
-            { FieldAhead{ read.data(),
-                          static_cast<int>( read.stride( 0 ) ) }... } } );
-}
+    VectorOf<Dim, Lanes> x;
+};
+template <int Dim, class Positions>
+struct ReadPlace
+{
+    Positions x;
+
+    KOKKOS_FORCEINLINE_FUNCTION void operator()( const Pack p,
+                                                 PlacedPack<Dim>& own ) const
+    {
+        own.x = loadVector<Dim>( x, p );
+    }
+};
+//! A body that asks for no more.
+template <class Body>
+struct DepositOfPlaced
+{
+    Body body;
+
+    template <class PackStencil, class Nodes, class Ready>
+    KOKKOS_FORCEINLINE_FUNCTION auto
+    operator()( const Pack p, const PackStencil& s, const Nodes& nodes,
+                const Ready& ) const
+    {
+        return body( p, s, nodes );
+    }
+};
 } // namespace Impl
 
 //! Calls body( p, s ) for the packs of particles and their stencils, in
@@ -283,34 +263,54 @@ template <class Basis, int Dim, class Body, class... Fields>
 void forEachStencil( const char* label, const State<Dim>& state,
                      const Body& body, const Fields&... read )
 {
-    Impl::overStencils<Basis>( label, state, Impl::NoSums{}, body, read... );
-}
-
-//! Calls body( p, s, nodes ) for the packs of particles, their stencils and the
-//! nodes that they add to; it returns what addProductsLater returns, or
-//! nothing. \param sums the scatter of the field
-template <class Basis, int Dim, class Sums, class Body>
-void forEachDeposit( const char* label, const State<Dim>& state,
-                     const Sums& sums, const Body& body )
-{
-    Impl::overStencils<Basis>( label, state, sums, body );
+    const auto x = state.particles.template slice<Position>();
+    const int n = state.particles.size();
+    // Blocks that a multiprocessor of a GPU is to hold (RangeOf), as measured:
+    // a thread has 128 registers, and in 3D 168.
+    forEachShare<Dim == 3 ? 3 : 4>(
+        label, countPacks( n ),
+        Impl::GatherTurns<Basis, Dim, decltype( x ), Body, sizeof...( read )>{
+            x,
+            state.grid,
+            state.layout,
+            n,
+            body,
+            { Impl::FieldAhead{ read.data(),
+                                static_cast<int>( read.stride( 0 ) ) }... } } );
 }
 
 /*!
-  \brief The same of packs that first find out where they are and what they add:
-  calls act( p, ready ) and deposit( p, s, nodes, ready ).
+  \brief Calls act( p, ready ) and deposit( p, s, nodes, ready ) for the packs
+  of particles: first they find out where they are and what they add, then they
+  add it. Deposit returns what addProductsLater returns, or nothing.
   \tparam Ready what act sets; its member x is where the pack deposits
+  \tparam Blocks that a multiprocessor of a GPU is to hold; in the 128
+  registers that a thread of four has, two long bodies would keep numbers in
+  memory
+  \param sums the scatter of the field
 */
-template <class Ready, class Basis, int Dim, class Sums, class Act,
-          class Deposit>
+template <class Ready, class Basis, int Blocks = 3, int Dim, class Sums,
+          class Act, class Deposit>
 void forEachDeposit( const char* label, const State<Dim>& state,
                      const Sums& sums, const Act& act, const Deposit& deposit )
 {
     const int n = state.particles.size();
-    // Both parts in a thread's 128 registers would keep numbers in memory.
-    forEachShare<3>( label, countPacks( n ),
-                     Impl::ActingTurns<Ready, Basis, Dim, Sums, Act, Deposit>{
-                         state.grid, state.layout, n, sums, act, deposit } );
+    forEachShare<Blocks>(
+        label, countPacks( n ),
+        Impl::DepositTurns<Ready, Basis, Dim, Sums, Act, Deposit>{
+            state.grid, state.layout, n, sums, act, deposit } );
+}
+
+//! The same of packs that stand where their particles do: calls
+//! body( p, s, nodes ).
+template <class Basis, int Dim, class Sums, class Body>
+void forEachDeposit( const char* label, const State<Dim>& state,
+                     const Sums& sums, const Body& body )
+{
+    const auto x = state.particles.template slice<Position>();
+    forEachDeposit<Impl::PlacedPack<Dim>, Basis, 4>(
+        label, state, sums, Impl::ReadPlace<Dim, decltype( x )>{ x },
+        Impl::DepositOfPlaced<Body>{ body } );
 }
 
 //! Velocity v + C dx of an affine field at a distance dx.

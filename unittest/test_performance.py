@@ -328,8 +328,9 @@ class GpuCodeTest(unittest.TestCase):
         self.assertEqual(
             gpu_code.function_of(
                 "void run<Kokkos::Impl::ParallelFor<Machpoint::Impl::Shares<"
-                "Machpoint::Impl::StencilTurns<Machpoint::Quadratic, 3, "
-                "Cabana::Slice<double [3]> const, Machpoint::NodeScatter, "
+                "Machpoint::Impl::DepositTurns<Machpoint::Impl::PlacedPack<3>, "
+                "Machpoint::Quadratic, 3, Machpoint::NodeScatter, "
+                "Machpoint::Impl::DepositOfPlaced<"
                 "Machpoint::Impl::depositParticles<Machpoint::Quadratic, 3, "
                 "Machpoint::NodeScatter>(Machpoint::State<3> const&)::"
                 "{lambda(Machpoint::Pack, Machpoint::Stencil<Machpoint::"
