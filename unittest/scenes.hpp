@@ -21,6 +21,12 @@ namespace Test
 using Machpoint::Json;
 using Machpoint::Real;
 
+//! The names of all there are.
+inline const std::vector<std::string> bases = { "linear", "quadratic",
+                                                "cubic" };
+inline const std::vector<std::string> methods = { "paper", "apic",
+                                                  "conservative" };
+
 //! [Dim] times the same value.
 template <class T>
 Json repeat( const int dimension, const T& value )

@@ -15,18 +15,18 @@
 #include <utility>
 #include <vector>
 
-namespace Machpoint
+namespace
 {
-namespace Test
-{
+
+using namespace Machpoint;
 
 // Two structs of 8 and a rest, so that every index rule matters.
 constexpr int vector_length = 8;
 constexpr int num_particle = 21;
 
 using Members = Cabana::MemberTypes<Real[2][2], Real[3], Real, int>;
-using Particles = Cabana::AoSoA<Members, MemorySpace, vector_length>;
-using HostParticles = Cabana::AoSoA<Members, Kokkos::HostSpace, vector_length>;
+using AoSoA = Cabana::AoSoA<Members, MemorySpace, vector_length>;
+using HostAoSoA = Cabana::AoSoA<Members, Kokkos::HostSpace, vector_length>;
 
 // Values that tell particle, row and column apart.
 KOKKOS_INLINE_FUNCTION Real value( const int p, const int i = 0,
@@ -35,9 +35,9 @@ KOKKOS_INLINE_FUNCTION Real value( const int p, const int i = 0,
     return 100 * p + 10 * i + j;
 }
 
-Particles makeParticles( const int n )
+AoSoA makeParticles( const int n )
 {
-    Particles particles( "particles", n );
+    AoSoA particles( "particles", n );
     auto matrix = Cabana::slice<0>( particles );
     auto vector = Cabana::slice<1>( particles );
     auto scalar = Cabana::slice<2>( particles );
@@ -55,15 +55,15 @@ Particles makeParticles( const int n )
     return particles;
 }
 
-HostParticles toHost( const Particles& particles )
+HostAoSoA toHost( const AoSoA& particles )
 {
-    HostParticles host( "host", particles.size() );
+    HostAoSoA host( "host", particles.size() );
     Cabana::deep_copy( host, particles );
     return host;
 }
 
 // Place p must hold the values that particle `source` was made with.
-void expectParticle( const HostParticles& host, const int p, const int source )
+void expectParticle( const HostAoSoA& host, const int p, const int source )
 {
     const auto matrix = Cabana::slice<0>( host );
     const auto vector = Cabana::slice<1>( host );
@@ -149,7 +149,7 @@ void visit( const Slice& slice, const int begin, const int end )
 
 TEST( Cabana, LayoutIsStructsOfArrays )
 {
-    const HostParticles host = toHost( makeParticles( num_particle ) );
+    const HostAoSoA host = toHost( makeParticles( num_particle ) );
     ASSERT_EQ( int( host.numSoA() ), 3 );
     EXPECT_EQ( int( host.arraySize( 1 ) ), vector_length );
     EXPECT_EQ( int( host.arraySize( 2 ) ), 5 );
@@ -159,20 +159,20 @@ TEST( Cabana, LayoutIsStructsOfArrays )
     // the bundled one has behind the last to start with a line of memory.
     constexpr auto bytes =
         vector_length * ( 8 * sizeof( Real ) + sizeof( int ) );
-    static_assert( sizeof( HostParticles::soa_type ) >= bytes &&
-                   sizeof( HostParticles::soa_type ) < bytes + 64 );
+    static_assert( sizeof( HostAoSoA::soa_type ) >= bytes &&
+                   sizeof( HostAoSoA::soa_type ) < bytes + 64 );
     const auto matrix = Cabana::slice<0>( host );
     EXPECT_EQ( &matrix( 9, 0, 0 ) - &matrix( 8, 0, 0 ), 1 );
     EXPECT_EQ( &matrix( 8, 0, 1 ) - &matrix( 8, 0, 0 ), vector_length );
     EXPECT_EQ( &matrix( 8, 1, 0 ) - &matrix( 8, 0, 0 ), 2 * vector_length );
     EXPECT_EQ( reinterpret_cast<const char*>( &matrix( 8, 0, 0 ) ) -
                    reinterpret_cast<const char*>( &matrix( 0, 0, 0 ) ),
-               std::ptrdiff_t( sizeof( HostParticles::soa_type ) ) );
+               std::ptrdiff_t( sizeof( HostAoSoA::soa_type ) ) );
 }
 
 TEST( Cabana, SliceTupleAndStructSeeTheSameValues )
 {
-    const HostParticles host = toHost( makeParticles( num_particle ) );
+    const HostAoSoA host = toHost( makeParticles( num_particle ) );
     const auto matrix = Cabana::slice<0>( host, "matrix" );
     EXPECT_EQ( matrix.label(), "matrix" );
     EXPECT_EQ( int( matrix.size() ), num_particle );
@@ -195,7 +195,7 @@ TEST( Cabana, SliceTupleAndStructSeeTheSameValues )
 
 TEST( Cabana, SetTupleChangesOneParticle )
 {
-    const HostParticles host = toHost( makeParticles( num_particle ) );
+    const HostAoSoA host = toHost( makeParticles( num_particle ) );
     host.setTuple( 17, host.getTuple( 3 ) );
     for ( int p = 0; p < num_particle; ++p )
         expectParticle( host, p, p == 17 ? 3 : p );
@@ -203,7 +203,7 @@ TEST( Cabana, SetTupleChangesOneParticle )
 
 TEST( Cabana, ResizeKeepsValues )
 {
-    Particles particles = makeParticles( num_particle );
+    AoSoA particles = makeParticles( num_particle );
     particles.resize( 100 );
     EXPECT_EQ( int( particles.size() ), 100 );
     particles.resize( 13 );
@@ -213,36 +213,36 @@ TEST( Cabana, ResizeKeepsValues )
     particles.reserve( 1000 );
     ASSERT_EQ( int( particles.size() ), 13 );
 
-    const HostParticles host = toHost( particles );
+    const HostAoSoA host = toHost( particles );
     for ( int p = 0; p < 13; ++p )
         expectParticle( host, p, p );
 }
 
 TEST( Cabana, CopiesReachOtherLayouts )
 {
-    const Particles particles = makeParticles( num_particle );
+    const AoSoA particles = makeParticles( num_particle );
     const auto mirror =
         Cabana::create_mirror_view_and_copy( Kokkos::HostSpace{}, particles );
     Cabana::AoSoA<Members, MemorySpace, 4> narrow( "narrow", num_particle );
     Cabana::deep_copy( narrow, mirror );
-    Particles back( "back", num_particle );
+    AoSoA back( "back", num_particle );
     Cabana::deep_copy( back, narrow );
-    const HostParticles host = toHost( back );
+    const HostAoSoA host = toHost( back );
     for ( int p = 0; p < num_particle; ++p )
         expectParticle( host, p, p );
 
-    Particles other_size( "other_size", num_particle + 1 );
+    AoSoA other_size( "other_size", num_particle + 1 );
     EXPECT_THROW( Cabana::deep_copy( other_size, particles ),
                   std::runtime_error );
 }
 
 TEST( Cabana, SlicesAreCopiedAndFilled )
 {
-    Particles particles = makeParticles( num_particle );
+    AoSoA particles = makeParticles( num_particle );
     auto vector = Cabana::slice<1>( particles );
     Cabana::deep_copy( vector, 7. );
     // Its neighbours in the struct must be left alone.
-    HostParticles host = toHost( particles );
+    HostAoSoA host = toHost( particles );
     for ( int p = 0; p < num_particle; ++p )
     {
         for ( int i = 0; i < 3; ++i )
@@ -251,7 +251,7 @@ TEST( Cabana, SlicesAreCopiedAndFilled )
         EXPECT_EQ( Cabana::slice<2>( host )( p ), value( p ) );
     }
 
-    const Particles original = makeParticles( num_particle );
+    const AoSoA original = makeParticles( num_particle );
     auto host_vector = Cabana::slice<1>( host );
     Cabana::deep_copy( host_vector, Cabana::slice<1>( original ) );
     for ( int p = 0; p < num_particle; ++p )
@@ -260,7 +260,7 @@ TEST( Cabana, SlicesAreCopiedAndFilled )
 
 TEST( Cabana, AtomicSliceLosesNoUpdate )
 {
-    const Particles particles = makeParticles( num_particle );
+    const AoSoA particles = makeParticles( num_particle );
     const int additions = 10000;
     addOnes( Cabana::slice<1>( particles ), 20, additions );
     EXPECT_EQ( Cabana::slice<1>( toHost( particles ) )( 20, 1 ),
@@ -274,7 +274,7 @@ TEST( Cabana, BinByKeyThenPermuteSorts )
     const int n = 1000;
     const int num_key = 10;
     const auto key = []( const int p ) { return 5 + ( 7 * p + 3 ) % num_key; };
-    Particles particles = makeParticles( n );
+    AoSoA particles = makeParticles( n );
     const auto keys = makeKeys<int>( n, key );
     const auto binning = Cabana::binByKey( keys, num_key );
     Cabana::permute( binning, particles );
@@ -284,7 +284,7 @@ TEST( Cabana, BinByKeyThenPermuteSorts )
     ASSERT_EQ( int( bins.size() ), num_key + 1 );
     EXPECT_EQ( bins.back(), std::make_pair( 0, n ) );
 
-    const HostParticles host = toHost( particles );
+    const HostAoSoA host = toHost( particles );
     const auto id = Cabana::slice<3>( host );
     std::set<int> seen;
     for ( int b = 0; b < num_key; ++b )
@@ -306,7 +306,7 @@ TEST( Cabana, BinByKeyThenPermuteSorts )
 
 TEST( Cabana, PermuteLeavesParticlesOutsideTheRange )
 {
-    Particles particles = makeParticles( num_particle );
+    AoSoA particles = makeParticles( num_particle );
     const auto keys =
         makeKeys<int>( num_particle, []( const int p ) { return -p; } );
     // The range starts and ends inside a struct.
@@ -314,7 +314,7 @@ TEST( Cabana, PermuteLeavesParticlesOutsideTheRange )
     const int end = 18;
     const auto order = Cabana::sortByKey( keys, begin, end );
     Cabana::permute( order, particles );
-    HostParticles host = toHost( particles );
+    HostAoSoA host = toHost( particles );
     for ( int p = 0; p < num_particle; ++p )
         expectParticle( host, p,
                         p < begin || p >= end ? p : begin + end - 1 - p );
@@ -349,16 +349,15 @@ TEST( Cabana, SimdParallelForCoversEachParticleOnce )
         { 0, num_particle }, { 0, 16 }, { 5, 19 }, { 9, 12 }, { 8, 9 } };
     for ( const auto& [begin, end] : ranges )
     {
-        Particles particles( "particles", num_particle );
+        AoSoA particles( "particles", num_particle );
         auto count = Cabana::slice<3>( particles );
         Cabana::deep_copy( count, 0 );
         visit( count, begin, end );
-        const HostParticles host = toHost( particles );
+        const HostAoSoA host = toHost( particles );
         for ( int p = 0; p < num_particle; ++p )
             EXPECT_EQ( Cabana::slice<3>( host )( p ), begin <= p && p < end )
                 << "particle " << p << " of " << begin << " to " << end;
     }
 }
 
-} // namespace Test
-} // namespace Machpoint
+} // namespace

@@ -181,7 +181,8 @@ class AnyScene
     }
 };
 
-//! Threads and devices add in an order of their own.
+//! Threads and devices add in an order of their own. CMakeLists.txt names the
+//! suites of this file, to run them on one thread.
 bool repeatsExactly()
 {
     return ExecutionSpace().concurrency() == 1;

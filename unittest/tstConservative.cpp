@@ -37,7 +37,6 @@ std::size_t particleAt( const ParticleData& data, const double x,
     return nearest;
 }
 
-const std::vector<std::string> bases = { "linear", "quadratic", "cubic" };
 const std::vector<std::string> boundaries = { "slip_wall", "no_slip_wall",
                                               "periodic", "outflow" };
 

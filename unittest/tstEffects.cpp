@@ -30,6 +30,22 @@ void countBytes( Kokkos::Tools::SpaceHandle, const char* label, const void*,
     allocations[label] += static_cast<std::int64_t>( bytes );
 }
 
+//! Puts the callbacks of Kokkos Tools back that were there before.
+class RestoredCallbacks
+{
+  public:
+    RestoredCallbacks() = default;
+    RestoredCallbacks( const RestoredCallbacks& ) = delete;
+    ~RestoredCallbacks()
+    {
+        Kokkos::Tools::Experimental::set_callbacks( _former );
+    }
+
+  private:
+    Kokkos::Tools::Experimental::EventSet _former =
+        Kokkos::Tools::Experimental::get_callbacks();
+};
+
 struct Tally
 {
     Counts kernels, allocations;
@@ -39,7 +55,7 @@ struct Tally
 Tally tally( const Json& input )
 {
     namespace Tools = Kokkos::Tools::Experimental;
-    const auto former = Tools::get_callbacks();
+    const RestoredCallbacks restored;
     kernels.clear();
     allocations.clear();
     Tools::set_begin_parallel_for_callback( &countKernel );
@@ -50,7 +66,6 @@ Tally tally( const Json& input )
         auto run = simulate( input );
         advance( *run, 20 );
     }
-    Tools::set_callbacks( former );
     return { kernels, allocations };
 }
 
@@ -177,6 +192,7 @@ TEST( Effects, partsHaveTheNamesThatTheyAreDeclaredWith )
     for ( const auto& effect :
           optionalEffects( resolveInput( input, "test" ) ) )
         declared.insert( effect.name );
+    const RestoredCallbacks restored;
     Profile::start();
     auto run = simulate( input );
     advance( *run, 20 );
@@ -278,7 +294,7 @@ INSTANTIATE_TEST_SUITE_P( Each, OptionalEffect, testing::Range( 0, 3 ),
 
 // The parts of `conservative` are effects, too: off, they launch nothing and
 // hold nothing.
-struct Part
+struct CountedPart
 {
     std::string key;
     Json on, off;
@@ -289,9 +305,9 @@ class OptionalPart : public testing::TestWithParam<int>
 {
 };
 
-const std::vector<Part>& parts()
+const std::vector<CountedPart>& countedParts()
 {
-    static const std::vector<Part> list = {
+    static const std::vector<CountedPart> list = {
         { "viscosity_limiter", true, false, { "Machpoint::limitMotion" }, {} },
         { "pressure_relaxation",
           0.05,
@@ -321,10 +337,10 @@ const std::vector<Part>& parts()
 
 TEST_P( OptionalPart, costsNothingWhenOff )
 {
-    const auto& part = parts()[GetParam()];
+    const auto& part = countedParts()[GetParam()];
     auto input = box( 2, 8, 2, "conservative", "quadratic", "periodic" );
     addViscosity( input );
-    for ( const auto& other : parts() )
+    for ( const auto& other : countedParts() )
         input["method"][other.key] = other.off;
     const auto off = tally( input );
     input["method"][part.key] = part.on;
@@ -343,6 +359,7 @@ TEST_P( OptionalPart, costsNothingWhenOff )
 
 TEST( Effects, timeOfAnInnerPhaseIsItsOwn )
 {
+    const RestoredCallbacks restored;
     Profile::start();
     const Kokkos::Timer timer;
     {
@@ -371,7 +388,7 @@ TEST( Effects, gasWithoutFrictionConductsNoHeat )
 
 INSTANTIATE_TEST_SUITE_P( Each, OptionalPart, testing::Range( 0, 7 ),
                           []( const auto& info )
-                          { return parts()[info.param].key; } );
+                          { return countedParts()[info.param].key; } );
 
 // Nothing is allocated in the time loop of a closed scene, sorts apart.
 class Method : public testing::TestWithParam<std::string>
@@ -385,12 +402,10 @@ TEST_P( Method, allocatesNothingInTheLoopOfAClosedScene )
     addViscosity( input );
     auto run = simulate( input );
     advance( *run, 2 ); // the first step sorts
-    namespace Tools = Kokkos::Tools::Experimental;
-    const auto former = Tools::get_callbacks();
+    const RestoredCallbacks restored;
     allocations.clear();
-    Tools::set_allocate_data_callback( &countBytes );
+    Kokkos::Tools::Experimental::set_allocate_data_callback( &countBytes );
     advance( *run, 20 );
-    Tools::set_callbacks( former );
     EXPECT_EQ( allocations, Counts{} );
 }
 

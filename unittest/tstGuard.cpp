@@ -129,7 +129,7 @@ Json sabotaged( const std::string& method, const Json& fault )
 }
 
 //! Every particle by id: position, velocity, energy, volume, mass.
-std::map<std::int64_t, std::array<Real, 5>> byId( Simulation& run )
+std::map<std::int64_t, std::array<Real, 5>> stateById( Simulation& run )
 {
     const auto data = run.particleData();
     std::map<std::int64_t, std::array<Real, 5>> list;
@@ -139,8 +139,6 @@ std::map<std::int64_t, std::array<Real, 5>> byId( Simulation& run )
                              data.mass[p] };
     return list;
 }
-
-const std::vector<std::string> methods = { "paper", "apic", "conservative" };
 
 // A step that fails unless it is shorter is repeated until it is; then the run
 // is that of a run which took the short step at once.
@@ -168,7 +166,8 @@ TEST( Guard, repeatsWithHalfTheStep )
             advance( *direct, 20 );
             direct->step( direct->time() + dt / 4 );
             // Up to the rounding of its dt.
-            const auto repeated = byId( *run ), once = byId( *direct );
+            const auto repeated = stateById( *run ),
+                       once = stateById( *direct );
             ASSERT_EQ( repeated.size(), once.size() );
             for ( const auto& [id, values] : repeated )
                 for ( std::size_t k = 0; k < values.size(); ++k )
@@ -209,7 +208,7 @@ TEST( Guard, endsWithTheLastGoodState )
             }
             EXPECT_TRUE( failed ) << method << late;
             EXPECT_EQ( run->retries(), late ? 0 : 10 ) << method << late;
-            const auto state = byId( *run );
+            const auto state = stateById( *run );
             if ( method == "conservative" ) // which first rearranged particles
             {
                 EXPECT_EQ( run->totals().mass, good->totals().mass );
@@ -218,7 +217,7 @@ TEST( Guard, endsWithTheLastGoodState )
             }
             else
             {
-                EXPECT_TRUE( state == byId( *good ) ) << method << late;
+                EXPECT_TRUE( state == stateById( *good ) ) << method << late;
             }
             EXPECT_EQ( run->time(), good->time() ) << method << late;
             for ( const auto& [id, values] : state )
@@ -313,7 +312,7 @@ TEST( Guard, survivesAbsurdCourantNumbers )
         {
         }
         EXPECT_GT( run->retries(), 0 ) << method;
-        for ( const auto& [id, values] : byId( *run ) )
+        for ( const auto& [id, values] : stateById( *run ) )
             for ( const Real value : values )
                 ASSERT_TRUE( std::isfinite( value ) ) << method;
     }

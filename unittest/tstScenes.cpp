@@ -16,9 +16,6 @@ namespace
 using namespace Machpoint;
 using namespace Test;
 
-const std::vector<std::string> bases = { "linear", "quadratic", "cubic" };
-const std::vector<std::string> methods = { "paper", "apic", "conservative" };
-
 // --- Uniform gas stays uniform -----------------------------------------------
 
 class UniformGas : public testing::TestWithParam<
