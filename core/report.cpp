@@ -247,6 +247,7 @@ Json makeSummary( Simulation& simulation, const Json& input,
     json["steps"] = simulation.steps();
     json["final_time"] = simulation.time();
     json["wall_seconds"] = facts.wall_seconds;
+    json["first_step_seconds"] = facts.first_step_seconds;
     json["particle_updates_per_second"] =
         facts.wall_seconds > 0
             ? static_cast<double>( facts.particle_updates ) / facts.wall_seconds

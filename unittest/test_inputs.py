@@ -52,7 +52,7 @@ SUMMARY = {
     "scene": str, "backend": str, "ranks": int, "threads": int,
     "dimension": int, "method": str, "basis": str, "cells": list,
     "particles_initial": int, "particles_final": int, "steps": int,
-    "final_time": NUMBER, "wall_seconds": NUMBER,
+    "final_time": NUMBER, "wall_seconds": NUMBER, "first_step_seconds": NUMBER,
     "particle_updates_per_second": NUMBER, "bytes_per_particle": NUMBER,
     "peak_memory_bytes": int, "peak_array_bytes": int, "kernels": int,
     "errors": dict, "conservation": dict,

@@ -276,19 +276,23 @@ class SweepTest(unittest.TestCase):
             def run(self, cells, steps):
                 steps = min(steps, 2 * cells[0])
                 seconds = {name: {"sum": 0} for name in sweep.ACTIVITIES}
-                seconds["compute"]["sum"] = 1e-5 * cells[0] * steps
+                # The first step takes as long as ten others.
+                seconds["compute"]["sum"] = 1e-5 * cells[0] * (steps + 9)
                 return {"steps": steps, "particles_initial": 3 * cells[0],
+                        "first_step_seconds": 1e-4 * cells[0],
                         "communication": {"seconds": seconds},
                         "peak_memory_bytes": 1000 * cells[0]}
         points, reason = sweep.measure(
             Runner(), [(100,), (200,), (400,), (800,), (80000,), (160000,)],
             1.0, memory=lambda: 1.5e8)
-        self.assertEqual([p["steps"] for p in points], [200, 400, 250, 125, 20])
+        self.assertEqual([p["steps"] for p in points], [200, 400, 241, 121, 21])
+        for point in points:
+            self.assertAlmostEqual(point["step"], 1e-5 * point["cells"][0])
         self.assertEqual([p["all_steps"] for p in points],
                          [200, 400, 800, 1600, 160000])
         self.assertEqual([p["measured"] for p in points],
                          [True, True, False, False, False])
-        self.assertAlmostEqual(points[2]["seconds"], 3.2)
+        self.assertAlmostEqual(points[2]["seconds"], 3.2 + 9 * 4e-3)
         self.assertIn("160000 cells and more need some 0.2 GB", reason)
 
     def test_a_sweep_of_sod(self):

@@ -52,8 +52,8 @@ SCENE = {
     "checkpoint": {"every_steps": 20}
 }
 # Keys of a summary that tell of time, or of this process alone.
-TIMINGS = {"wall_seconds", "particle_updates_per_second", "peak_memory_bytes",
-           "peak_array_bytes", "kernels", "effects", "phases",
+TIMINGS = {"wall_seconds", "first_step_seconds", "particle_updates_per_second",
+           "peak_memory_bytes", "peak_array_bytes", "kernels", "effects", "phases",
            "communication", "price"}
 
 

@@ -9,8 +9,8 @@ import subprocess
 import page
 
 ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
-LEAST_STEPS = 20  # the first of them are shorter, and one is sorted
-MEMORY = 0.8      # of what is free may be taken
+SORT_EVERY = 20  # steps; whole cycles of them are timed
+MEMORY = 0.8     # of what is free may be taken
 
 
 class Runner:
@@ -52,10 +52,14 @@ class Runner:
         return summary
 
 
-def seconds_of_step(summary):
-    """Of the time loop alone: without set-up and output."""
+def seconds_of_steps(summary):
+    """Of the first step and the mean of the others, of the time loop alone: without
+    set-up and output. A run's first step touches much of its memory for the first
+    time, and takes up to ten times as long as any other."""
     told = summary["communication"]["seconds"]
-    return sum(told[name]["sum"] for name in ACTIVITIES) / summary["steps"]
+    whole = sum(told[name]["sum"] for name in ACTIVITIES)
+    first = summary["first_step_seconds"]
+    return first, (whole - first) / (summary["steps"] - 1)
 
 
 def free_memory():
@@ -68,9 +72,9 @@ def free_memory():
 def measure(runner, sizes, limit, memory=free_memory):
     """Points of growing sizes, and why the last ones are left out, if they are.
 
-    limit: seconds for a size. A point: cells, particles, step (seconds), steps
-    (run), all_steps (to the end), seconds (to the end), measured (was it run to
-    the end?).
+    limit: seconds for a size. A point: cells, particles, first_step and step
+    (seconds, this the mean of the others), steps (run), all_steps (to the end),
+    seconds (to the end), measured (was it run to the end?).
     """
     points = []
     for cells in sizes:
@@ -84,18 +88,21 @@ def measure(runner, sizes, limit, memory=free_memory):
             if need > MEMORY * memory():
                 return points, (f"{' x '.join(map(str, cells))} cells and more "
                                 f"need some {need / 1e9:.1f} GB of memory")
-            fits = round(limit / (ratio * last["step"]))
-            steps = max(LEAST_STEPS, fits) if fits < whole else None
+            cycles = round(limit / (ratio * last["step"] * SORT_EVERY))
+            steps = 1 + SORT_EVERY * max(1, cycles)
+            if steps >= whole:
+                steps = None
         summary = runner.run(cells, steps or 10 ** 9)
         if summary is None:
             return points, "the build lacks its dimension, basis or method"
         if steps is None:
             whole = summary["steps"]
-        step = seconds_of_step(summary)
+        first, step = seconds_of_steps(summary)
         points.append({
             "cells": list(cells), "particles": summary["particles_initial"],
-            "step": step, "steps": summary["steps"], "all_steps": whole,
-            "seconds": step * whole, "measured": steps is None,
+            "first_step": first, "step": step, "steps": summary["steps"],
+            "all_steps": whole, "seconds": first + step * (whole - 1),
+            "measured": steps is None,
             "memory": summary["peak_memory_bytes"]})
         print(f"{runner.scene['scene']} {cells}: {1e3 * step:.4g} ms a step, "
               f"{summary['steps']} of {whole} steps", flush=True)
