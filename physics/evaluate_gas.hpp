@@ -30,8 +30,10 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto pressure = state.particles.template slice<Pressure>();
-    const auto sound_speed = state.particles.template slice<SoundSpeed>();
+    const auto pressure =
+        state.particles.written( state.particles.template slice<Pressure>() );
+    const auto sound_speed =
+        state.particles.written( state.particles.template slice<SoundSpeed>() );
     const auto divergence = sliceOfFlow<Divergence>( state );
     const auto limiter = sliceOfFlow<Limiter>( state );
     const auto viscosity = state.viscosity;
