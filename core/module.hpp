@@ -124,7 +124,7 @@ struct State
     double time = 0;            //!< at the start of the step
     double dt = 0;              //!< of the step, before it of the last one
     double cfl = 0;             //!< Courant number
-    AffineMoment affine_moment; //!< m C^2 times half of it is kinetic energy
+    AffineMoment affine_moment; //!< of the basis; 0 without affine energy
     bool reproducible = false;  //!< sums have the same bits on any ranks
     Real least_energy = 0;      //!< per mass, that a step may leave
     //! Kernels tell of particles above it (Large).

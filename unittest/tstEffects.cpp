@@ -288,7 +288,8 @@ TEST_P( OptionalEffect, costsNothingWhenAbsent )
                ours( absent.allocations ) );
 }
 
-INSTANTIATE_TEST_SUITE_P( Each, OptionalEffect, testing::Range( 0, 3 ),
+INSTANTIATE_TEST_SUITE_P( Each, OptionalEffect,
+                          testing::Range( 0, int( effects().size() ) ),
                           []( const auto& info )
                           { return effects()[info.param].name; } );
 
@@ -386,7 +387,8 @@ TEST( Effects, gasWithoutFrictionConductsNoHeat )
     EXPECT_GT( tally( shocked ).kernels.count( "Machpoint::conductHeat" ), 0u );
 }
 
-INSTANTIATE_TEST_SUITE_P( Each, OptionalPart, testing::Range( 0, 7 ),
+INSTANTIATE_TEST_SUITE_P( Each, OptionalPart,
+                          testing::Range( 0, int( countedParts().size() ) ),
                           []( const auto& info )
                           { return countedParts()[info.param].key; } );
 
