@@ -141,7 +141,7 @@ struct Conservative : MethodDefaults
         if ( parts.pressure_relaxation > 0 )
         {
             const Profile::Effect effect( "pressure relaxation" );
-            gas.particleState( state );
+            gas.evaluate( state, false );
             Impl::relaxPressure<Basis, Dim>( state, storage.means, storage.heat,
                                              parts.pressure_relaxation );
         }

@@ -305,12 +305,14 @@ class EquationOfState : public Module<Dim>
     //! \param density, pressure of the gas \return energy per mass
     virtual Real specificInternalEnergy( Real density,
                                          Real pressure ) const = 0;
-    //! Sets pressure and sound speed of all particles and looks at them
-    //! meanwhile: physics/evaluate_gas.hpp does so by any formula.
-    virtual GasSurvey evaluate( State<Dim>& ) = 0;
+    //! Sets pressure and sound speed of all particles:
+    //! physics/evaluate_gas.hpp does so by any formula.
+    //! \param surveys does it look at them meanwhile, which takes longer?
+    //! \return what it saw
+    virtual GasSurvey evaluate( State<Dim>& state, bool surveys ) = 0;
     void particleState( State<Dim>& state ) final
     {
-        state.survey = evaluate( state );
+        state.survey = evaluate( state, true );
     }
     //! For integrators that need the pressure of half a step.
     virtual PressureResponse response() const = 0;

@@ -111,13 +111,20 @@ struct StencilRows
 
   On a CPU a thread adds to the field itself where all that a particle, or pack,
   sees are rows that are the thread's own, and else to a copy of the nodes.
-  Copies are made and added up block by block, where they are needed.
+  Copies are made and added up block by block, where they are needed. It clears
+  its rows as it comes to them, so that they are in the cache when they are
+  added to: of particles in the order of their cells, a little ahead of them.
 */
 class NodeScatter
 {
     static constexpr bool has_copies = NodeSeams::has_threads;
     static constexpr int log2_block = 6;
     static constexpr int block_rows = 1 << log2_block;
+    //! Bytes that a thread clears at once.
+    static constexpr int bytes_ahead = 1024;
+    //! First row that a thread has not cleared yet, in a line of the cache of
+    //! its own. [threads][16]
+    using Progress = Kokkos::View<int* [16], Kokkos::HostSpace>;
     //! Knows no neighbours that add along.
     struct Alone
     {
@@ -146,6 +153,8 @@ class NodeScatter
         : _sums( sums ), _seams( seams )
     {
         const int threads = seams.threads();
+        if constexpr ( has_copies )
+            _cleared = Progress( "Machpoint::cleared", threads );
         if ( threads == 1 )
             return;
         _copies = Kokkos::View<Real***, Kokkos::LayoutRight, MemorySpace>(
@@ -200,6 +209,7 @@ class NodeScatter
         Real* sums;
         int columns;
         int first = 0, end = 0;        //!< its own rows
+        int* cleared = nullptr;        //!< first of them that is not clear yet
         Real* copy = nullptr;          //!< [rows][columns]
         unsigned char* used = nullptr; //!< has the copy a block? [blocks]
 
@@ -212,20 +222,55 @@ class NodeScatter
                 const StencilRows<Dim>& rows ) const
         {
             if constexpr ( has_copies )
-                if ( copy && !areWithin( p, base, first, end - rows.last() ) )
-                {
-                    prepareCopy( p, base, rows );
+                if ( !areWithin( p, base, first, *cleared - rows.last() ) &&
+                     !reach( p, base, rows ) )
                     return { copy, columns, Neighbours( base ) };
-                }
             return { sums, columns, Neighbours( base ) };
+        }
+        //! Clears its rows before `row`.
+        void clearTo( const int row ) const
+        {
+            const int last = Kokkos::min( row, end );
+            if ( last <= *cleared )
+                return;
+            std::memset( sums + static_cast<std::size_t>( *cleared ) * columns,
+                         0,
+                         static_cast<std::size_t>( last - *cleared ) * columns *
+                             sizeof( Real ) );
+            *cleared = last;
         }
 
       private:
-        //! Blocks for the stencils; seldom. (It gets copies: what else is in a
-        //! stencil would have to be in memory, too, if its base had to.)
+        //! Makes ready what a particle, or pack, adds to; seldom. (It gets
+        //! copies: what else is in a stencil would have to be in memory, too,
+        //! if its base had to.) \return is it the field itself?
         template <class Particle, class Base, int Dim>
-        [[gnu::noinline]] void prepareCopy( const Particle p, const Base base,
-                                            const StencilRows<Dim> rows ) const
+        [[gnu::noinline]] bool reach( const Particle p, const Base base,
+                                      const StencilRows<Dim> rows ) const
+        {
+            const int last = rows.last();
+            if ( copy && !areWithin( p, base, first, end - last ) )
+            {
+                prepareCopy( p, base, rows );
+                return false;
+            }
+            int furthest = 0;
+            forEachBase( p, base,
+                         [&]( const int row )
+                         { furthest = Kokkos::max( furthest, row + last ); } );
+            const int row_bytes = columns * static_cast<int>( sizeof( Real ) );
+            clearTo( furthest + 1 + bytes_ahead / row_bytes );
+            // Those that come next, to be in the cache by then.
+            const auto* const next = reinterpret_cast<const char*>(
+                sums + static_cast<std::size_t>( *cleared ) * columns );
+            for ( int byte = 0; byte < bytes_ahead; byte += 64 )
+                __builtin_prefetch( next + byte, 1, 3 );
+            return true;
+        }
+        //! Blocks for the stencils.
+        template <class Particle, class Base, int Dim>
+        void prepareCopy( const Particle p, const Base& base,
+                          const StencilRows<Dim>& rows ) const
         {
             auto use = [&]( const int row )
             {
@@ -253,33 +298,32 @@ class NodeScatter
     //! In a kernel: the thread that runs it.
     KOKKOS_FORCEINLINE_FUNCTION Thread thread() const
     {
-        Thread own{ _sums.data(), static_cast<int>( _sums.extent( 1 ) ) };
         if constexpr ( has_copies )
             if ( _copies.extent( 0 ) > 0 )
             {
                 const int number = _token.acquire();
                 _token.release( number );
-                own.first = _seams( number );
-                own.end = _seams( number + 1 );
-                own.copy = &_copies( number, 0, 0 );
-                own.used = &_used( number, 0 );
+                return thread( number );
             }
-        return own;
+        return thread( 0 );
     }
 
-    //! Sets all sums to zero.
+    //! All sums are zero from here on, up to what is added.
     void clear() const
     {
-        if constexpr ( runs_on_host ) // in half the time of Kokkos' loop
-            forEachShare( "Machpoint::clearSums", static_cast<int>( blocks() ),
-                          ClearBlocks{ _sums } );
+        if constexpr ( has_copies )
+            for ( int t = 0; t < _seams.threads(); ++t )
+                _cleared( t, 0 ) = t > 0 ? _seams( t ) : 0;
         else
             Kokkos::deep_copy( ExecutionSpace(), _sums, 0.0 );
     }
 
-    //! Adds up what the threads have in their copies.
+    //! All is added: clears what no thread came to, and adds up what the
+    //! threads have in their copies.
     void contribute() const
     {
+        if constexpr ( has_copies )
+            clearRest();
         const int threads = static_cast<int>( _copies.extent( 0 ) );
         if ( threads == 0 )
             return;
@@ -303,6 +347,19 @@ class NodeScatter
             } );
     }
 
+    //! Public because nvcc wants the parent function of a device lambda to be
+    //! accessible.
+    void clearRest() const
+    {
+        const NodeScatter scatter = *this;
+        forEach(
+            "Machpoint::clearSums", _seams.threads(),
+            MACHPOINT_LAMBDA( const int t ) {
+                const auto own = scatter.thread( t );
+                own.clearTo( own.end );
+            } );
+    }
+
   private:
     std::size_t blocks() const
     {
@@ -316,16 +373,24 @@ class NodeScatter
         const std::size_t rest = sums.extent( 0 ) - first;
         return ( rest < block_rows ? rest : block_rows ) * sums.extent( 1 );
     }
-    struct ClearBlocks
+    KOKKOS_FORCEINLINE_FUNCTION Thread thread( const int number ) const
     {
-        NodeView sums;
-        KOKKOS_FUNCTION void operator()( const int first, const int last ) const
+        Thread own{ _sums.data(), static_cast<int>( _sums.extent( 1 ) ) };
+        if constexpr ( has_copies )
         {
-            for ( int b = first; b < last; ++b )
-                std::memset( &sums( b * block_rows, 0 ), 0,
-                             numbersOf( sums, b ) * sizeof( Real ) );
+            const int rows = static_cast<int>( _sums.extent( 0 ) );
+            own.end = rows;
+            own.cleared = &_cleared( number, 0 );
+            if ( _copies.extent( 0 ) > 0 )
+            {
+                own.first = _seams( number );
+                own.end = Kokkos::min( _seams( number + 1 ), rows );
+                own.copy = &_copies( number, 0, 0 );
+                own.used = &_used( number, 0 );
+            }
         }
-    };
+        return own;
+    }
 
     //! Calls visit with the first row of each particle's stencil.
     template <class Visitor>
@@ -344,6 +409,7 @@ class NodeScatter
 
     NodeView _sums;
     NodeSeams _seams;
+    Progress _cleared;
     Kokkos::View<Real***, Kokkos::LayoutRight, MemorySpace> _copies;
     Kokkos::View<unsigned char**, Kokkos::LayoutRight, MemorySpace> _used;
     NodeSeams::Token _token;

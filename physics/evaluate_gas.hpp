@@ -19,12 +19,14 @@ struct ThermodynamicState
 
 /*!
   \brief Sets pressure and sound speed of all particles.
+  \param surveys does it look at what a step has to know of the gas, too?
   \param formula on the device: formula( density, specific internal energy ),
   both Lanes, is a ThermodynamicState
-  \return what the gas is like, seen in the same pass
+  \return what it saw
 */
 template <int Dim, class Formula>
-GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
+GasSurvey evaluateGas( const State<Dim>& state, const bool surveys,
+                       const Formula& formula )
 {
     const auto v = state.particles.template slice<Velocity>();
     const auto m = state.particles.template slice<Mass>();
@@ -51,7 +53,6 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
             for ( int k = b * block; k < end; ++k )
             {
                 const Pack p = Pack::of( k, n );
-                const auto u = loadVector<Dim>( v, p );
                 const Lanes volume = load( V, p );
                 const Lanes energy = load( e, p );
                 const Lanes density = load( m, p ) / volume;
@@ -60,6 +61,9 @@ GasSurvey evaluateGas( const State<Dim>& state, const Formula& formula )
                     Kokkos::max( gas.sound_squared, Lanes( 0.0 ) ) );
                 store( pressure, gas.pressure, p );
                 store( sound_speed, sound, p );
+                if ( !surveys )
+                    continue;
+                const auto u = loadVector<Dim>( v, p );
                 const Lanes speed = Kokkos::sqrt( dot<Dim>( u, u ) );
                 seen.look( p, speed, sound, volume, density, energy );
                 if ( viscosity.acts )

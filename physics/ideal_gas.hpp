@@ -36,9 +36,9 @@ class IdealGas : public EquationOfState<Dim>
         return pressure / ( ( _gamma - 1 ) * density );
     }
 
-    GasSurvey evaluate( State<Dim>& state ) override
+    GasSurvey evaluate( State<Dim>& state, const bool surveys ) override
     {
-        return evaluateGas( state, Formula{ _gamma } );
+        return evaluateGas( state, surveys, Formula{ _gamma } );
     }
 
     PressureResponse response() const override

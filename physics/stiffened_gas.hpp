@@ -47,9 +47,9 @@ class StiffenedGas : public EquationOfState<Dim>
                ( ( _gamma - 1 ) * density );
     }
 
-    GasSurvey evaluate( State<Dim>& state ) override
+    GasSurvey evaluate( State<Dim>& state, const bool surveys ) override
     {
-        return evaluateGas( state, Formula{ _gamma, _reference } );
+        return evaluateGas( state, surveys, Formula{ _gamma, _reference } );
     }
 
     PressureResponse response() const override
