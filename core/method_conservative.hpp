@@ -127,7 +127,7 @@ struct Conservative : MethodDefaults
             if ( parts.pressure_relaxation > 0 )
             {
                 const Profile::Effect effect( "pressure relaxation" );
-                means = makeNodeSum( "Machpoint::means", state, 3 );
+                means = makeNodeSum( "Machpoint::means", state, 2 );
             }
         }
     };
@@ -142,7 +142,8 @@ struct Conservative : MethodDefaults
         {
             const Profile::Effect effect( "pressure relaxation" );
             gas.evaluate( state, false );
-            Impl::relaxPressure<Basis, Dim>( state, storage.means, storage.heat,
+            Impl::relaxPressure<Basis, Dim>( state, gas.response(),
+                                             storage.means, storage.heat,
                                              parts.pressure_relaxation );
         }
         if ( parts.heat_mixing > 0 && state.step > 0 )

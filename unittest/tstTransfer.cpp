@@ -330,9 +330,10 @@ Real pressAside( Scene<Dim>& scene )
     setHotParticle( state, 3, 0, 0 );
     for ( auto& active : scene.modules )
         active.module->particleState( state );
-    auto means = makeNodeSum( "means", state, 3 );
+    auto means = makeNodeSum( "means", state, 2 );
     auto sums = makeNodeSum( "sums", state, Dim + 1 );
-    Impl::relaxPressure<Basis, Dim>( state, means, sums, 0.1_rt );
+    Impl::relaxPressure<Basis, Dim>( state, scene.gas->response(), means, sums,
+                                     0.1_rt );
     const auto V = state.particles.template slice<Volume>();
     Real largest = 0;
     Kokkos::parallel_reduce(

@@ -28,7 +28,7 @@ NodeComponents<N> cellComponents()
 template <class Basis, int Dim>
 struct CellPressure
 {
-    Lanes stiffness{ 0.0 };          //!< rho c^2, mean of the cells
+    Lanes pressure{ 0.0 };           //!< mean of the cells
     VectorOf<Dim, Lanes> gradient{}; //!< limited, pressure/length
     Lanes trust{ 1.0 };              //!< 1, less where the limit cuts steep
                                      //!< slopes
@@ -42,8 +42,6 @@ struct CellPressure
     {
         Lanes least = own;
         constexpr int places = Basis::nodes - 1;
-        // The volume; a GPU does not read two numbers from an odd column on.
-        constexpr int skipped = lane_count > 1 ? 1 : 0;
         for ( int k = 0; k < ( Dim > 2 ? places : 1 ); ++k )
             for ( int j = 0; j < ( Dim > 1 ? places : 1 ); ++j )
                 for ( int i = 0; i < places; ++i )
@@ -56,10 +54,10 @@ struct CellPressure
                         row += place[d] * layout.stride[d];
                         weight *= halfway.c[d][place[d]];
                     }
-                    Lanes mean[3 - skipped];
-                    loadRow( means, rowAt( s.base, row ), mean, skipped );
-                    const Lanes& p = mean[1 - skipped];
-                    stiffness += weight * mean[2 - skipped];
+                    Lanes mean[2]; // of volume and pressure
+                    loadRow( means, rowAt( s.base, row ), mean );
+                    const Lanes& p = mean[1];
+                    pressure += weight * p;
                     least = Kokkos::min( least, p );
                     // Derivative of the cells' interpolant, axis by axis.
                     for ( int a = 0; a < Dim; ++a )
@@ -95,13 +93,14 @@ struct VolumeExchange
     HalfwayWeights<Basis, Dim, Lanes> halfway;
     CellPressure<Basis, Dim> around;
     Lanes pressure;
-    Lanes K; //!< eta trust^2 V / (rho c^2 + rho c^2 of the cells)
+    Lanes K; //!< eta trust^2 V / (rho c^2 + that of the cells)
 
-    //! \param particles slices \param means of the cells
+    //! \param particles slices \param response of their gas
+    //! \param means of the cells
     template <class Slices>
     KOKKOS_FORCEINLINE_FUNCTION
-    VolumeExchange( const Slices& particles, const Grid<Dim>& grid,
-                    const NodeLayout<Dim>& layout,
+    VolumeExchange( const Slices& particles, const PressureResponse& response,
+                    const Grid<Dim>& grid, const NodeLayout<Dim>& layout,
                     const Stencil<Basis, Dim, Lanes>& stencil,
                     const NodeView& means, const Real eta, const Pack p )
         : halfway( grid, stencil ),
@@ -110,13 +109,13 @@ struct VolumeExchange
           pressure( load( particles.pressure, p ) )
     {
         const Lanes V = load( particles.V, p );
-        const Lanes c = load( particles.c, p );
-        // V (rho c^2 + rho c^2 of the cells): a division less.
+        const Lanes zero( 0.0 );
         const Lanes stiffness =
-            load( particles.m, p ) * c * c + V * around.stiffness;
+            response.exponent *
+            ( Kokkos::max( pressure + response.reference, zero ) +
+              Kokkos::max( around.pressure + response.reference, zero ) );
         const Lanes rate = eta * around.trust * around.trust;
-        K = choose( Lanes( 0.0 ) < stiffness,
-                    Lanes( rate * V * ( V / stiffness ) ), Lanes( 0.0 ) );
+        K = choose( zero < stiffness, Lanes( rate * ( V / stiffness ) ), zero );
     }
 };
 
@@ -126,7 +125,7 @@ struct ExchangeSlices
 {
     Positions x;
     Volumes V;
-    Scalars m, pressure, c;
+    Scalars pressure;
 };
 template <int Dim>
 auto exchangeSlices( const State<Dim>& state )
@@ -134,9 +133,7 @@ auto exchangeSlices( const State<Dim>& state )
     const auto& particles = state.particles;
     return ExchangeSlices{ particles.template slice<Position>(),
                            particles.template slice<Volume>(),
-                           particles.template slice<Mass>(),
-                           particles.template slice<Pressure>(),
-                           particles.template slice<SoundSpeed>() };
+                           particles.template slice<Pressure>() };
 }
 
 //! A stencil's cells: halfway between its nodes, and none behind the last.
@@ -155,8 +152,8 @@ onCells( const Grid<Dim>& grid, const Stencil<Basis, Dim, Lanes>& s )
     return cells;
 }
 
-//! Adds V, V p and m c^2 of the particles to their cells.
-//! \param sums the scatter of a field on cells [nodes][3]
+//! Adds V and V p of the particles to their cells.
+//! \param sums the scatter of a field on cells [nodes][2]
 template <class Basis, int Dim, class Sums>
 void depositCellPressure( const State<Dim>& state, const Sums& sums )
 {
@@ -167,11 +164,9 @@ void depositCellPressure( const State<Dim>& state, const Sums& sums )
         "Machpoint::cellPressure", state, sums,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
                           const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
-            const Lanes c = load( of.c, p );
-            Products<ValueTerms<3>, Dim, Lanes> terms;
+            Products<ValueTerms<2>, Dim, Lanes> terms;
             terms.value[0] = load( of.V, p );
             terms.value[1] = terms.value[0] * load( of.pressure, p );
-            terms.value[2] = load( of.m, p ) * c * c;
             return addProductsLater( cells, p, onCells( grid, s ), layout, s.w,
                                      terms );
         } );
@@ -187,10 +182,13 @@ struct TargetTerms : ValueTerms<2>
 };
 
 //! Adds K and K (p + g dx) of the particles to their cells.
-//! \param means of the cells \param sums the scatter of a field [nodes][2]
+//! \param response of the gas \param means of the cells
+//! \param sums the scatter of a field [nodes][2]
 template <class Basis, int Dim, class Sums>
-void depositTargetPressure( const State<Dim>& state, const NodeView& means,
-                            const Real eta, const Sums& sums )
+void depositTargetPressure( const State<Dim>& state,
+                            const PressureResponse& response,
+                            const NodeView& means, const Real eta,
+                            const Sums& sums )
 {
     const auto of = exchangeSlices( state );
     const auto grid = state.grid;
@@ -199,8 +197,8 @@ void depositTargetPressure( const State<Dim>& state, const NodeView& means,
         "Machpoint::targetPressure", state, sums,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
                           const NodesOf<Sums>& cells ) MACHPOINT_INLINE {
-            const VolumeExchange<Basis, Dim> own( of, grid, layout, s, means,
-                                                  eta, p );
+            const VolumeExchange<Basis, Dim> own( of, response, grid, layout, s,
+                                                  means, eta, p );
             Products<TargetTerms, Dim, Lanes> terms;
             terms.value[0] = own.K;
             terms.value[1] = own.K * own.pressure;
@@ -215,18 +213,20 @@ void depositTargetPressure( const State<Dim>& state, const NodeView& means,
   \brief Sub-cell pressure relaxation (after Tipton, in Shashkov 2008).
 
   Particles of a cell exchange volume until their pressures agree, at the rate
-  eta: K = eta trust^2 V / (rho c^2 + rho c^2 of the cells),
+  eta: K = eta trust^2 V / (g (p + p_inf) + g (p + p_inf) of the cells),
   phat_c = sum K w (p + g dx) / sum K w, s = K w (p + g dx - phat_c),
   V += sum s, e -= sum phat_c s / m. Conserves volume and energy, and removes
   the pressures that the faces cannot see.
-  \param cell_means [nodes][3] scratch
+  \param response of the gas: g and p_inf, where g (p + p_inf) is rho c^2
+  \param cell_means [nodes][2] scratch
   \param cell_sums [nodes][>= 2] scratch
 */
 template <class Basis, int Dim>
-void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
-                    NodeSum& cell_sums, const Real eta )
+void relaxPressure( const State<Dim>& state, const PressureResponse& response,
+                    NodeSum& cell_means, NodeSum& cell_sums, const Real eta )
 {
     const auto of = exchangeSlices( state );
+    const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto grid = state.grid;
     const auto layout = state.layout;
@@ -236,12 +236,13 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
 
     cell_means.deposit( [&]( const auto& cells )
                         { depositCellPressure<Basis>( state, cells ); } );
-    cell_means.foldAndFill( state.halo, cellComponents<Dim, 3>() );
-    divideByFirst<3>( "Machpoint::meanCellPressure", means );
+    cell_means.foldAndFill( state.halo, cellComponents<Dim, 2>() );
+    divideByFirst<2>( "Machpoint::meanCellPressure", means );
 
     cell_sums.deposit(
-        [&]( const auto& cells )
-        { depositTargetPressure<Basis>( state, means, eta, cells ); } );
+        [&]( const auto& cells ) {
+            depositTargetPressure<Basis>( state, response, means, eta, cells );
+        } );
     cell_sums.foldAndFill( state.halo, cellComponents<Dim, 2>() );
     divideByFirst<2>( "Machpoint::cellTargetPressure", sums );
 
@@ -249,8 +250,8 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
         "Machpoint::exchangeVolume", state,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
             MACHPOINT_INLINE {
-                const VolumeExchange<Basis, Dim> own( of, grid, layout, s,
-                                                      means, eta, p );
+                const VolumeExchange<Basis, Dim> own(
+                    of, response, grid, layout, s, means, eta, p );
                 const Lanes zero( 0.0 );
                 Lanes volume = zero;
                 Lanes work = zero;
@@ -270,7 +271,7 @@ void relaxPressure( const State<Dim>& state, NodeSum& cell_means,
                 volume += load( of.V, p );
                 store( of.V, volume, p );
                 note.lookAtVolume( p, volume );
-                store( e, load( e, p ) - work / load( of.m, p ), p );
+                store( e, load( e, p ) - work / load( m, p ), p );
             } );
 }
 
