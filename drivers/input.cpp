@@ -69,7 +69,10 @@ Parameters inputParameters( const int dimension )
     particles.integer( "seed", "of all random numbers" )
         .atLeast( 0 )
         .defaultsTo( 1 );
-    particles.integer( "sort_every", "steps between sorts by cell" )
+    particles
+        .integer(
+            "sort_every",
+            "steps between sorts by cell, of particles that are out of order" )
         .atLeast( 1 )
         .defaultsTo( 20 );
 

@@ -659,6 +659,7 @@ TEST( Sorting, changesNothingButTheOrder )
     addViscosity( input );
     input["particles"]["placement"] = "random";
     std::map<std::int64_t, Real> places[2];
+    std::vector<std::int64_t> order[2];
     for ( const int k : { 0, 1 } )
     {
         input["particles"]["sort_every"] = k == 0 ? 1 : 1000000;
@@ -667,8 +668,10 @@ TEST( Sorting, changesNothingButTheOrder )
         const auto data = run->particleData();
         for ( std::size_t p = 0; p < data.id.size(); ++p )
             places[k][data.id[p]] = data.position[2 * p];
+        order[k].assign( data.id.begin(), data.id.end() );
     }
     ASSERT_EQ( places[0].size(), 16u * 16u * 4u );
+    EXPECT_NE( order[0], order[1] );
     for ( const auto& [id, x] : places[0] )
         EXPECT_NEAR( x, places[1].at( id ), tolerance( 1e-11 ) );
 }
