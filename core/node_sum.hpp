@@ -228,7 +228,7 @@ class NodeScatter
             return { sums, columns, Neighbours( base ) };
         }
         //! Clears its rows before `row`.
-        void clearTo( const int row ) const
+        KOKKOS_INLINE_FUNCTION void clearTo( const int row ) const
         {
             const int last = Kokkos::min( row, end );
             if ( last <= *cleared )
