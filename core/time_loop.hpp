@@ -686,15 +686,20 @@ class TimeLoop : public Simulation
     }
 
     //! Is only one in a hundred cells below the one before it, or fewer? Then
-    //! sorting would take longer than it saves: gas in 1D, and gas at rest.
+    //! sorting would take longer than it saves: gas in 1D, and gas at rest. Not
+    //! where the last is below the first, as gas has come round a periodic
+    //! side: it would be far from its thread's rows.
     static bool areNearlySorted( const IndexList& cells )
     {
         const int n = cells.extent_int( 0 );
         int descents = 0;
         Kokkos::parallel_reduce(
-            "Machpoint::descents", Range( 0, std::max( n - 1, 0 ) ),
+            "Machpoint::descents", Range( 0, n ),
             MACHPOINT_LAMBDA( const int k, int& sum ) {
-                sum += cells( k + 1 ) < cells( k ) ? 1 : 0;
+                if ( k + 1 < n )
+                    sum += cells( k + 1 ) < cells( k ) ? 1 : 0;
+                else
+                    sum += cells( k ) < cells( 0 ) ? n : 0;
             },
             descents );
         return descents <= n / 100;
