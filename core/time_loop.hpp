@@ -687,8 +687,8 @@ class TimeLoop : public Simulation
 
     //! Is only one in a hundred cells below the one before it, or fewer? Then
     //! sorting would take longer than it saves: gas in 1D, and gas at rest. Not
-    //! where the last is below the first, as gas has come round a periodic
-    //! side: it would be far from its thread's rows.
+    //! where the last is no more behind the first: what has come round a
+    //! periodic side would be far from its thread's rows.
     static bool areNearlySorted( const IndexList& cells )
     {
         const int n = cells.extent_int( 0 );
@@ -699,7 +699,7 @@ class TimeLoop : public Simulation
                 if ( k + 1 < n )
                     sum += cells( k + 1 ) < cells( k ) ? 1 : 0;
                 else
-                    sum += cells( k ) < cells( 0 ) ? n : 0;
+                    sum += cells( k ) <= cells( 0 ) ? n : 0;
             },
             descents );
         return descents <= n / 100;

@@ -177,7 +177,7 @@ TEST( Effects, sortsOnlyWhatIsOutOfOrder )
     auto input = box( 2, 8, 2, "apic", "quadratic", "periodic" );
     input["particles"]["sort_every"] = 10;
     EXPECT_EQ( tally( input ).kernels.count( "Machpoint::permute" ), 0u );
-    input["initial"][0]["velocity"] = { 1.0, 1.0 }; // .6 of a cell in 10 steps
+    input["initial"][0]["velocity"] = { 1.0, 1.0 }; // .3 of a cell in 10 steps
     EXPECT_GT( tally( input ).kernels.count( "Machpoint::permute" ), 0u );
     // In 1D particles keep their order, but for those that come round.
     auto line = box( 1, 256, 2, "apic", "quadratic", "periodic" );
