@@ -92,11 +92,11 @@ def scene(machpoint, name, sets, threads, directory, steps=None):
 
 
 def vortices(machpoint, method, cells, directory, retries=10):
-    """summary.json of a short run, 4 particles a cell."""
+    """summary.json of a short run that sorts, 4 particles a cell."""
     return scene(machpoint, "taylor_green",
                  {"grid.cells": [cells, cells], "time.retries": retries,
                   "method": {"name": method, "basis": "quadratic"}},
-                 1, directory, 3)
+                 1, directory, 25)
 
 
 def peak_bytes(machpoint, method, cells, directory, retries=10):
