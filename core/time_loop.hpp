@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace Machpoint
 {
@@ -587,8 +588,8 @@ class TimeLoop : public Simulation
         {
             // Handed over, as the order needs the memory of the cells.
             const auto bins =
-                Cabana::binByKey( std::move( cells ), box.totalCells(), 0,
-                                  state.particles.size() );
+                Cabana::binByKey( std::exchange( cells, {} ), box.totalCells(),
+                                  0, state.particles.size() );
             state.particles.permute( bins );
             if ( state.reproducible )
                 checkCrowding( mostInCell( bins ) );
