@@ -308,7 +308,7 @@ class NodeScatter
         return thread( 0 );
     }
 
-    //! All sums are zero from here on, up to what is added.
+    //! Starts all sums anew: they are whole after `contribute`.
     void clear() const
     {
         if constexpr ( has_copies )
