@@ -44,8 +44,10 @@ class BinningData
     using size_type = typename memory_space::size_type;
     //! Sizes of the bins. Shape [bins].
     using CountView = Kokkos::View<const int*, memory_space>;
-    //! Positions or particle numbers.
+    //! Positions.
     using OffsetView = Kokkos::View<size_type*, memory_space>;
+    //! Particle numbers. In half of Cabana's bytes, as no more can be sorted.
+    using PermuteView = Kokkos::View<std::uint32_t*, memory_space>;
 
     //! No bins.
     BinningData() = default;
@@ -60,7 +62,7 @@ class BinningData
     */
     BinningData( const std::size_t begin, const std::size_t end,
                  CountView counts, OffsetView offsets,
-                 OffsetView permute_vector )
+                 PermuteView permute_vector )
         : _begin( begin ), _end( end ), _counts( counts ), _offsets( offsets ),
           _permute_vector( permute_vector )
     {
@@ -101,7 +103,7 @@ class BinningData
     std::size_t _end = 0;
     CountView _counts;
     OffsetView _offsets;
-    OffsetView _permute_vector;
+    PermuteView _permute_vector;
 };
 
 //! True for any BinningData.
@@ -264,10 +266,9 @@ makeBinningData( const Entries& entries, const std::size_t begin,
                  const int bins, const BinOf& bin_of )
 {
     using Binning = BinningData<typename Entries::memory_space>;
-    using size_type = typename Binning::size_type;
     using Range = Kokkos::RangePolicy<ExecutionSpace>;
     const std::size_t n = entries.extent( 0 );
-    typename Binning::OffsetView order(
+    typename Binning::PermuteView order(
         Kokkos::view_alloc( "Cabana::permutation",
                             Kokkos::WithoutInitializing ),
         n );
@@ -279,7 +280,8 @@ makeBinningData( const Entries& entries, const std::size_t begin,
     Kokkos::parallel_for(
         "Cabana::binOffsets", Range( 0, n ),
         KOKKOS_LAMBDA( const std::size_t i ) {
-            order( i ) = static_cast<size_type>( begin + entries( i ).index );
+            order( i ) =
+                static_cast<std::uint32_t>( begin + entries( i ).index );
             // Bins start where the bin changes, empty ones at the next
             // particle; those after the last particle start at the end.
             const int bin = bin_of( entries( i ) );
