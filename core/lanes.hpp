@@ -285,21 +285,24 @@ inline bool any( const LaneMask& mask )
     return Kokkos::Experimental::any_of( mask );
 }
 
-//! Tiles ahead of a kernel that the processor is told to fetch. It takes some
-//! members of every tile, in an order that the processor does not foresee; a
-//! tile takes 40 ns in 1D, 100 to 250 in 2D. Fewer on Zens before Zen 5, as
-//! measured there.
+//! Tiles, or registers of one tile, ahead of a kernel that the processor is
+//! told to fetch. A register's particles take 40 ns in 1D, 100 to 250 in 2D.
+//! Fewer on Zens before Zen 5, as measured there.
 inline constexpr int tiles_ahead = is_zen && !is_zen5 ? 4 : 8;
 
-//! Fetches a member of the particles some tiles ahead of row p; into the second
-//! cache on Zens before Zen 5, whose first one has too few places for what is
-//! on its way.
+//! Fetches a member of the particles some way ahead of row p, in the tile where
+//! that is long; into the second cache on Zens before Zen 5, whose first one
+//! has too few places for what is on its way.
 template <bool Writes = false, class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
                                            const D... d )
 {
-    __builtin_prefetch( &slice( p, d... ) + tiles_ahead * Slice::soa_stride,
-                        Writes, is_zen && !is_zen5 ? 2 : 3 );
+    constexpr int within = 8 * tiles_ahead;
+    constexpr int ahead = Slice::vector_length > within
+                              ? within
+                              : tiles_ahead * Slice::soa_stride;
+    __builtin_prefetch( &slice( p, d... ) + ahead, Writes,
+                        is_zen && !is_zen5 ? 2 : 3 );
 }
 
 //! \name A number of each lane, neighbours in memory, rounded where it is

@@ -26,12 +26,24 @@
 namespace Machpoint
 {
 
-//! Particles in tiles as long as Cabana's, or as a register of a CPU.
+/*!
+  \brief Particles of a tile. On a CPU a member of a tile fills eight pages of
+  memory: the processor fetches ahead by itself what is read in a row, and a
+  kernel that takes some of the members would else have half of the bandwidth.
+  A register's where there are more members than the first cache has ways, as
+  in 3D, and on Zens, where nobody has measured more; on a GPU Cabana's.
+*/
+template <class Members, class Space>
+inline constexpr int tile_length =
+    runs_on_host && !is_zen && sizeof( Cabana::Tuple<Members> ) <= 96
+        ? 4096
+        : std::max<int>( lane_count,
+                         Cabana::AoSoA<Members, Space>::vector_length );
+
+//! Particles in tiles.
 template <class Members, class Space = MemorySpace>
 using ParticleArray =
-    Cabana::AoSoA<Members, Space,
-                  std::max( lane_count,
-                            Cabana::AoSoA<Members, Space>::vector_length )>;
+    Cabana::AoSoA<Members, Space, tile_length<Members, Space>>;
 
 //! What a step advances: a particle has an old value and a new one, so that a
 //! step can be repeated.

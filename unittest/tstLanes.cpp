@@ -133,6 +133,33 @@ TEST( Lanes, operateLikeSingleNumbers )
                 << "operation " << which << ", particle " << p;
 }
 
+// What packs write, particles read, and the other way round.
+TEST( Lanes, crossTiles )
+{
+    const int many = 2 * AoSoA::vector_length + n;
+    const AoSoA numbers( "numbers", many );
+    const auto x = Cabana::slice<0>( numbers );
+    const auto y = Cabana::slice<1>( numbers );
+    Kokkos::parallel_for(
+        "alone", Range( 0, many ), KOKKOS_LAMBDA( const int p ) {
+            x( p, 0 ) = p;
+            x( p, 1 ) = -1;
+            y( p ) = -1;
+        } );
+    forEachPack(
+        "together", many, KOKKOS_LAMBDA( const Pack p ) {
+            store( x, 2 * load( x, p, 0 ), p, 1 );
+        } );
+    int wrong = 0;
+    Kokkos::parallel_reduce(
+        "alone", Range( 0, many ),
+        KOKKOS_LAMBDA( const int p, int& sum ) {
+            sum += x( p, 0 ) == p && x( p, 1 ) == 2 * p && y( p ) == -1 ? 0 : 1;
+        },
+        wrong );
+    EXPECT_EQ( wrong, 0 );
+}
+
 using FloatMembers = Cabana::MemberTypes<Real, float[3], Real>;
 
 //! Writes y, three floats and -y of every particle, past the cache or not, and
