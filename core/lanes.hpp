@@ -297,7 +297,7 @@ template <bool Writes = false, class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void prefetch( const Slice& slice, const int p,
                                            const D... d )
 {
-    constexpr int within = 8 * tiles_ahead;
+    constexpr int within = tiles_ahead * ( lane_count > 8 ? lane_count : 8 );
     constexpr int ahead = Slice::vector_length > within
                               ? within
                               : tiles_ahead * Slice::soa_stride;

@@ -30,12 +30,14 @@ namespace Machpoint
   \brief Particles of a tile. On a CPU a member of a tile fills eight pages of
   memory: the processor fetches ahead by itself what is read in a row, and a
   kernel that takes some of the members would else have half of the bandwidth.
-  A register's where there are more members than the first cache has ways, as
-  in 3D, and on Zens, where nobody has measured more; on a GPU Cabana's.
+  A register's where a particle has more than 12 numbers, the ways of the first
+  cache, as in 3D, and on Zens, where nobody has measured more; on a GPU
+  Cabana's.
 */
 template <class Members, class Space>
 inline constexpr int tile_length =
-    runs_on_host && !is_zen && sizeof( Cabana::Tuple<Members> ) <= 96
+    runs_on_host && !is_zen &&
+            sizeof( Cabana::Tuple<Members> ) <= 12 * sizeof( Real )
         ? 4096
         : std::max<int>( lane_count,
                          Cabana::AoSoA<Members, Space>::vector_length );
