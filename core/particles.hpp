@@ -30,8 +30,8 @@ namespace Machpoint
   \brief Particles of a tile. On a CPU a member of a tile fills eight pages of
   memory: the processor fetches ahead by itself what is read in a row, and a
   kernel that takes some of the members would else have half of the bandwidth.
-  A register's where a particle has more than 12 numbers, the ways of the first
-  cache, as in 3D, and on Zens, where nobody has measured more; on a GPU
+  A register's where a particle has more than 12 numbers, as in 3D, where more
+  take 2 % longer, and on Zens, where nobody has measured them; on a GPU
   Cabana's.
 */
 template <class Members, class Space>

@@ -251,6 +251,15 @@ class SpeedTest(unittest.TestCase):
         self.assertEqual(session.lacking, {("a",): "pip install it"})
         self.assertEqual(session.figures, {("b",): [2, 2, 2], ("c",): [3]})
 
+    def test_a_program_of_another_revision_is_an_error(self):
+        executable = built(self, "machpoint_kernels")
+        own = results.run(executable, TINY + [
+            "--benchmark_filter=^apic/linear/1D/"])["context"]["revision"]
+        case = ("apic", 2, "ordered", 100, 1)
+        self.assertGreater(jobs.updates(executable, own, *case), 0)
+        with self.assertRaisesRegex(SystemExit, f"of {own}, machpoint of new"):
+            jobs.updates(executable, "new", *case)
+
     def test_a_busy_machine_is_not_called_quiet(self):
         seen = {"load_before": 0, "others": 0, "triad": 1e10,
                 "triad_spread": 0, "median_spread": 0}

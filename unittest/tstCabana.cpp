@@ -267,6 +267,41 @@ TEST( Cabana, AtomicSliceLosesNoUpdate )
                value( 20, 1 ) + additions );
 }
 
+// Structs whose arrays fill pages of memory.
+TEST( Cabana, LongArraysKeepTheirValues )
+{
+    constexpr int length = 1024;
+    const int n = length + num_particle;
+    using LongAoSoA = Cabana::AoSoA<Members, MemorySpace, length>;
+    const AoSoA particles = makeParticles( n );
+    LongAoSoA wide( "wide", n );
+    Cabana::deep_copy( wide, particles );
+    ASSERT_EQ( int( wide.numSoA() ), 2 );
+
+    // One after the other, and each as far from the next as the slice says.
+    const auto matrix = Cabana::slice<0>( wide );
+    const std::ptrdiff_t distance = matrix.stride( 3 );
+    EXPECT_GE( distance, length );
+    EXPECT_EQ( &matrix( 8, 0, 1 ) - &matrix( 8, 0, 0 ), distance );
+    EXPECT_EQ( &matrix( 8, 1, 0 ) - &matrix( 8, 0, 0 ), 2 * distance );
+
+    // Member by member: a copy, a number for all, and reversed.
+    const auto keys = makeKeys<int>( n, []( const int p ) { return -p; } );
+    auto vector = Cabana::slice<1>( wide );
+    Cabana::deep_copy( vector, 7. );
+    Cabana::deep_copy( vector, Cabana::slice<1>( particles ) );
+    Cabana::permute( Cabana::sortByKey( keys, 0, n ), vector );
+    AoSoA back( "back", n );
+    Cabana::deep_copy( back, wide );
+    const HostAoSoA host = toHost( back );
+    for ( int p = 0; p < n; ++p )
+    {
+        EXPECT_EQ( Cabana::slice<0>( host )( p, 1, 1 ), value( p, 1, 1 ) );
+        EXPECT_EQ( Cabana::slice<1>( host )( p, 2 ), value( n - 1 - p, 2 ) );
+        EXPECT_EQ( Cabana::slice<2>( host )( p ), value( p ) );
+    }
+}
+
 // Bin n particles by key 5 + (7 p + 3) mod 10 and compare with the definition
 // of binning: what is in each bin, and where the bin starts.
 TEST( Cabana, BinByKeyThenPermuteSorts )

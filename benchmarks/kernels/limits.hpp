@@ -6,7 +6,7 @@
 #ifndef MACHPOINT_BENCHMARKS_LIMITS_HPP
 #define MACHPOINT_BENCHMARKS_LIMITS_HPP
 
-#include <core/types.hpp>
+#include <core/lanes.hpp>
 
 #include <Kokkos_Timer.hpp>
 
@@ -65,8 +65,9 @@ inline Real triad( const int lanes, const int elements, const Real seconds )
                      [&] { addArrays( a, b, c, lanes ); } );
 }
 
-//! Chains of multiply-adds: enough to hide the latency of vector units.
-constexpr int chains = 64;
+//! Chains of multiply-adds: enough to hide the latency of the units. Kernels
+//! compute with Lanes, so that is what they are held against.
+constexpr int chains = lane_count > 1 ? 16 : 64;
 
 //! Independent chains of multiply-adds in registers. \return their sum
 inline Real multiplyAddChains( const int lanes, const int rounds )
@@ -76,24 +77,29 @@ inline Real multiplyAddChains( const int lanes, const int rounds )
     Kokkos::parallel_reduce(
         "Machpoint::multiplyAdd", Range( 0, lanes ),
         KOKKOS_LAMBDA( const int lane, Real& total ) {
-            Real x[n];
+            Lanes x[n];
             for ( int k = 0; k < n; ++k )
-                x[k] = 1e-9 * ( lane + k );
+                x[k] = Lanes( static_cast<Real>( 1e-9 * ( lane + k ) ) );
+            const Lanes factor( static_cast<Real>( 0.999999 ) );
+            const Lanes summand( static_cast<Real>( 1e-6 ) );
             for ( int r = 0; r < rounds; ++r )
+            {
+                MACHPOINT_UNROLL
                 for ( int k = 0; k < n; ++k )
-                    x[k] = x[k] * 0.999999 + 1e-6;
+                    x[k] = x[k] * factor + summand;
+            }
             for ( int k = 0; k < n; ++k )
-                total += x[k];
+                total += largest( x[k] );
         },
         sum );
     return sum;
 }
 
-//! What the compiler makes of multiply-adds.
+//! Multiply-adds in registers as wide as the kernels'.
 //! \param lanes as above \return flops/s, two for each multiply-add
 inline Real multiplyAdd( const int lanes, const int rounds, const Real seconds )
 {
-    return bestRate( 2.0 * chains * rounds * lanes, seconds,
+    return bestRate( 2.0 * chains * lane_count * rounds * lanes, seconds,
                      [&] { multiplyAddChains( lanes, rounds ); } );
 }
 

@@ -69,7 +69,9 @@ def make_jobs(arguments, directory):
     steps = 2 if fast else 20
     machpoint = build / "machpoint"
     ours = build / results.EXECUTABLE
+    revision = jobs.revision(machpoint)
     partial = functools.partial
+    updates = partial(jobs.updates, ours, revision)
     found = []
 
     def loop(name, command, threads, module=None, package=None):
@@ -83,7 +85,7 @@ def make_jobs(arguments, directory):
     for threads in (1, 2):
         for order in ORDERS:
             found.append(Job(("ours", "apic", 2, order, threads),
-                             partial(jobs.updates, ours, "apic", 2, order,
+                             partial(updates, "apic", 2, order,
                                      particles, threads)))
         loop("plain", [build / "machpoint_plain_loop"], threads)
         loop("taichi", [arguments.python,
@@ -94,24 +96,25 @@ def make_jobs(arguments, directory):
                           "warp_loop.py"], 1, "warp", "warp-lang")
         if 3 in arguments.dimensions:
             found.append(Job(("ours", "apic", 3, "ordered", threads),
-                             partial(jobs.updates, ours, "apic", 3, "ordered",
+                             partial(updates, "apic", 3, "ordered",
                                      particles, threads)))
     found.append(Job(("ours", "apic", 2, "unsorted", 1),
-                     partial(jobs.updates, ours, "apic", 2, "unsorted",
+                     partial(updates, "apic", 2, "unsorted",
                              particles, 1)))
     for time in ("symplectic", "midpoint"):
         method = f"conservative_{time}"
         for order in ORDERS:
             found.append(Job(("ours", method, 2, order, 1),
-                             partial(jobs.updates, ours, method, 2, order,
+                             partial(updates, method, 2, order,
                                      particles, 1)))
     for dim in arguments.dimensions:
         found.append(Job(("serial", dim),
-                         partial(jobs.updates, serial, "apic", dim, "ordered",
-                                 particles, 1)))
+                         partial(jobs.updates, serial, revision, "apic", dim,
+                                 "ordered", particles, 1)))
     found.append(Job(
-        ("bytes",), lambda: jobs.kernels(ours, "apic", 2, "ordered", 1000,
-                                         1)["particle_bytes"], 1))
+        ("bytes",),
+        lambda: jobs.kernels(ours, revision, "apic", 2, "ordered", 1000,
+                             1)["particle_bytes"], 1))
     for method in ("apic", "conservative"):
         found.append(Job(("memory", method),
                          partial(jobs.peak_bytes, machpoint, method, cells,
@@ -205,8 +208,7 @@ def main():
     if arguments.fast:
         table = targets.unjudged(table)
     record = {
-        "revision": jobs.execute([build / "machpoint", "--version"],
-                                 1).strip(),
+        "revision": jobs.revision(build / "machpoint"),
         "processor": machine.processor(), "rounds": rounds,
         "machine": watch.report(targets.spreads(figures) or [0]),
         "figures": {" ".join(map(str, name)): values

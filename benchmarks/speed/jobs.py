@@ -44,8 +44,14 @@ def execute(words, threads):
     return result.stdout
 
 
-def kernels(executable, method, dim, order, particles, threads):
-    """The step's row of machpoint_kernels."""
+def revision(machpoint):
+    """What a program says that it was built of."""
+    return execute([machpoint, "--version"], 1).strip()
+
+
+def kernels(executable, expected, method, dim, order, particles, threads):
+    """The step's row of machpoint_kernels, which has to be of the expected
+    revision: a build of some targets alone may have left an older one."""
     if not pathlib.Path(executable).exists():
         raise Lacking(f"{executable} is not built")
     name = f"{method}/quadratic/{dim}D/{PER_CELL[dim]}/{order}/step"
@@ -53,6 +59,10 @@ def kernels(executable, method, dim, order, particles, threads):
     found = results.run(
         executable, [f"--benchmark_filter=^{name}/", "--particles",
                      str(particles), "--samples", "1", "--small"], threads)
+    own = found["context"]["revision"]
+    if own != expected:
+        raise SystemExit(f"{executable} is of {own}, machpoint of {expected}: "
+                         "build both anew")
     return next(iter(results.rows(found).values()))
 
 

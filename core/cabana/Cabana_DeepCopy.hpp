@@ -68,7 +68,7 @@ CABANA_LAUNCHES void copyTuples( const Destination& destination,
     Kokkos::fence( "Cabana::deep_copy" );
 }
 
-//! First component of particle i; the next ones lie a vector length apart.
+//! First component of particle i; the next ones lie an array_stride apart.
 template <class Slice_t>
 KOKKOS_FORCEINLINE_FUNCTION typename Slice_t::pointer_type
 firstComponent( const Slice_t& slice, const std::size_t i )
@@ -109,8 +109,8 @@ CABANA_LAUNCHES void copyValues( const Destination& destination,
             const auto to = firstComponent( destination, i );
             const auto from = firstComponent( source, i );
             for ( std::size_t n = 0; n < components; ++n )
-                to[n * Destination::vector_length] =
-                    from[n * Source::vector_length];
+                to[n * Destination::array_stride] =
+                    from[n * Source::array_stride];
         } );
     Kokkos::fence( "Cabana::deep_copy" );
 }
@@ -128,7 +128,7 @@ CABANA_LAUNCHES void fillValues( const Slice_t& slice,
         KOKKOS_LAMBDA( const std::size_t i ) {
             const auto to = firstComponent( slice, i );
             for ( std::size_t n = 0; n < components; ++n )
-                to[n * Slice_t::vector_length] = scalar;
+                to[n * Slice_t::array_stride] = scalar;
         } );
     Kokkos::fence( "Cabana::deep_copy" );
 }

@@ -6,6 +6,7 @@
 #define CABANA_SLICE_HPP
 
 #include <Cabana_Types.hpp>
+#include <impl/Cabana_ArrayStride.hpp>
 #include <impl/Cabana_AtomicReference.hpp>
 #include <impl/Cabana_Index.hpp>
 #include <impl/Cabana_Label.hpp>
@@ -104,6 +105,9 @@ class Slice
     static constexpr int vector_length = VectorLength;
     //! Distance of two structs, counted in values of the member.
     static constexpr int soa_stride = Stride;
+    //! Distance of two components, counted in values of the member.
+    static constexpr int array_stride =
+        Impl::array_stride<value_type, VectorLength>;
     //! Most dimensions a member may have.
     static constexpr std::size_t max_supported_rank = 3;
     //! Indices that operator() takes: the particle's and the member's.
@@ -166,7 +170,7 @@ class Slice
         assert( s < _num_soa && a < size_type( vector_length ) );
         return reference_type(
             _data[std::size_t( Stride ) * s + a +
-                  VectorLength *
+                  array_stride *
                       component( std::index_sequence_for<D...>{}, d... )] );
     }
 
@@ -202,7 +206,7 @@ class Slice
             return Stride;
         if ( d == 1 )
             return 1;
-        size_type result = vector_length;
+        size_type result = array_stride;
         for ( size_type later = d - 1; later < max_supported_rank; ++later )
             result *= memberExtent( later );
         return result;

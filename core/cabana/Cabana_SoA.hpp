@@ -6,6 +6,7 @@
 #define CABANA_SOA_HPP
 
 #include <Cabana_MemberTypes.hpp>
+#include <impl/Cabana_ArrayStride.hpp>
 
 #include <Kokkos_Core.hpp>
 
@@ -47,7 +48,7 @@ concept AnySoA = is_soa<T>::value;
 template <typename T, int VectorLength>
 struct InnerArrayType
 {
-    using type = T[VectorLength];
+    using type = T[array_stride<T, VectorLength>];
 };
 
 template <typename T, std::size_t N, int VectorLength>
@@ -94,8 +95,9 @@ element( Array& array, const std::size_t first, const Rest... rest )
 
 /*!
   \brief Arrays of VectorLength values, one for each component of each member:
-  a `double[3]` member is stored as `double[3][VectorLength]`. The struct is
-  trivial and holds nothing else.
+  a `double[3]` member is stored as `double[3][VectorLength]`, long arrays with
+  a gap behind each (Impl::array_stride). The struct is trivial and holds
+  nothing else.
 */
 template <typename... Types, int VectorLength>
 struct SoA<MemberTypes<Types...>, VectorLength>
@@ -187,7 +189,7 @@ typename SoA_t::template member_pointer_type<M> soaMemberPtr( SoA_t* soa )
     return static_cast<typename SoA_t::template member_value_type<M>*>( start );
 }
 
-//! Copy member M of one particle. Its components lie VectorLength apart.
+//! Copy member M of one particle.
 template <std::size_t M, class Destination, class Source>
 KOKKOS_FORCEINLINE_FUNCTION void
 copyMember( Destination& destination, const std::size_t destination_a,

@@ -396,14 +396,14 @@ CABANA_LAUNCHES void permuteMember( const Binning& binning,
             const auto from =
                 firstComponent( slice, binning.permutation( i - begin ) );
             for ( std::size_t n = 0; n < components; ++n )
-                scratch( i - begin, n ) = from[n * Slice_t::vector_length];
+                scratch( i - begin, n ) = from[n * Slice_t::array_stride];
         } );
     Kokkos::parallel_for(
         "Cabana::permute::copyBack", Range( begin, end ),
         KOKKOS_LAMBDA( const std::size_t i ) {
             const auto to = firstComponent( slice, i );
             for ( std::size_t n = 0; n < components; ++n )
-                to[n * Slice_t::vector_length] = scratch( i - begin, n );
+                to[n * Slice_t::array_stride] = scratch( i - begin, n );
         } );
     Kokkos::fence( "Cabana::permute" );
 }
