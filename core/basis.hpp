@@ -403,43 +403,56 @@ fitWeight( const Stencil<Basis, Dim, Number>& s, const int d, const int k )
         return pick( s.dw[d], k );
 }
 
-//! Calls visit(StencilLine) for every line of a stencil.
-template <class Basis, int Dim, class Number, class Visitor>
+//! Calls visit(StencilLine) for every line of a stencil. \tparam WrittenOut are
+//! the lines of a plane to be written out on a CPU, too?
+template <bool WrittenOut, class Basis, int Dim, class Number, class Visitor>
 KOKKOS_FORCEINLINE_FUNCTION void
 forEachLine( const Stencil<Basis, Dim, Number>& s,
              const NodeLayout<Dim>& layout, const Visitor& visit )
 {
     constexpr int n = Basis::nodes;
+    constexpr int ny = Dim > 1 ? n : 1;
+    const auto visitLine = [&]( const int j, const int k ) MACHPOINT_INLINE
+    {
+        StencilLine<Dim, Number> line{ 0, Number( 1.0 ), {}, {}, {} };
+        if constexpr ( Dim == 2 )
+        {
+            line.shift = j * layout.stride[1];
+            line.weight = s.w[1][j];
+            line.gradient[1] = s.dw[1][j];
+            line.fit[1] = fitWeight( s, 1, j );
+            line.dx[1] = s.dx[1][j];
+        }
+        if constexpr ( Dim == 3 )
+        {
+            const Number wz = pick( s.w[2], k );
+            line.shift = j * layout.stride[1] + k * layout.stride[2];
+            line.weight = s.w[1][j] * wz;
+            line.gradient[1] = s.dw[1][j] * wz;
+            line.gradient[2] = s.w[1][j] * pick( s.dw[2], k );
+            line.fit[1] = fitWeight( s, 1, j ) * wz;
+            line.fit[2] = s.w[1][j] * fitWeight( s, 2, k );
+            line.dx[1] = s.dx[1][j];
+            line.dx[2] = pick( s.dx[2], k );
+        }
+        line.gradient[0] = line.weight;
+        line.fit[0] = line.weight;
+        visit( line );
+    };
     MACHPOINT_KEEP_LOOP
     for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
     {
-        MACHPOINT_UNROLL_LINES
-        for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
+        if constexpr ( WrittenOut || !runs_on_host )
         {
-            StencilLine<Dim, Number> line{ 0, Number( 1.0 ), {}, {}, {} };
-            if constexpr ( Dim == 2 )
-            {
-                line.shift = j * layout.stride[1];
-                line.weight = s.w[1][j];
-                line.gradient[1] = s.dw[1][j];
-                line.fit[1] = fitWeight( s, 1, j );
-                line.dx[1] = s.dx[1][j];
-            }
-            if constexpr ( Dim == 3 )
-            {
-                const Number wz = pick( s.w[2], k );
-                line.shift = j * layout.stride[1] + k * layout.stride[2];
-                line.weight = s.w[1][j] * wz;
-                line.gradient[1] = s.dw[1][j] * wz;
-                line.gradient[2] = s.w[1][j] * pick( s.dw[2], k );
-                line.fit[1] = fitWeight( s, 1, j ) * wz;
-                line.fit[2] = s.w[1][j] * fitWeight( s, 2, k );
-                line.dx[1] = s.dx[1][j];
-                line.dx[2] = pick( s.dx[2], k );
-            }
-            line.gradient[0] = line.weight;
-            line.fit[0] = line.weight;
-            visit( line );
+            MACHPOINT_UNROLL_LINES
+            for ( int j = 0; j < ny; ++j )
+                visitLine( j, k );
+        }
+        else
+        {
+            MACHPOINT_KEEP_LINES
+            for ( int j = 0; j < ny; ++j )
+                visitLine( j, k );
         }
     }
 }
@@ -506,7 +519,10 @@ forEachFaceAlong( const Stencil<Basis, Dim, Number>& s,
     // The other axes, of which there may be none.
     constexpr int b = Axis == 0 ? 1 : 0;
     constexpr int c = Axis == 2 ? 1 : 2;
+    MACHPOINT_KEEP_LINES
     for ( int k = 0; k < ( Dim > 2 ? n : 1 ); ++k )
+    {
+        MACHPOINT_KEEP_LINES
         for ( int j = 0; j < ( Dim > 1 ? n : 1 ); ++j )
         {
             Number across( 1.0 );
@@ -527,6 +543,7 @@ forEachFaceAlong( const Stencil<Basis, Dim, Number>& s,
                     across * halfway.c[Axis][i],
                     across * halfway.dc[Axis][i] } );
         }
+    }
 }
 } // namespace Impl
 

@@ -78,7 +78,7 @@ void gridToParticlesApic( const State<Dim>& state )
             // sum grad w . (v_i - u(x_i) + v'_i - v): 2 D without what the
             // affine field u has of it, tr C
             Lanes diverging( 0.0 );
-            forEachLine(
+            forEachLine<Dim == 2>(
                 s, layout,
                 [&]( const auto& line ) MACHPOINT_INLINE
                 {

@@ -148,15 +148,18 @@ using IndexList = Kokkos::View<int*, MemorySpace>;
 //! Ahead of loops with few, constant turns. On a GPU arrays that a loop indexes
 //! stay in registers only where it is written out, and what is written out
 //! three times over (the nodes of a 3D stencil) takes more registers than there
-//! are. On a CPU it is the lines of a stencil that are worth writing out: in a
-//! loop over them its weights would be in memory.
+//! are. On a CPU it is the lines of a stencil that are worth writing out where
+//! little is done on each, as a loop over them has its weights in memory; a
+//! long kernel is faster the less code it has (docs/performance_tried.md).
 #if defined( KOKKOS_ENABLE_CUDA ) || defined( KOKKOS_ENABLE_HIP )
 #define MACHPOINT_UNROLL _Pragma( "unroll" )
 #define MACHPOINT_UNROLL_LINES MACHPOINT_UNROLL
+#define MACHPOINT_KEEP_LINES
 #define MACHPOINT_KEEP_LOOP _Pragma( "unroll 1" )
 #else
 #define MACHPOINT_UNROLL
 #define MACHPOINT_UNROLL_LINES _Pragma( "GCC unroll 4" )
+#define MACHPOINT_KEEP_LINES _Pragma( "GCC unroll 1" )
 #define MACHPOINT_KEEP_LOOP
 #endif
 

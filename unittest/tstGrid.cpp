@@ -201,13 +201,14 @@ struct CollectLines
 };
 
 //! Are the lines of a stencil its nodes, in their order?
-template <class Basis, int Dim>
+template <bool WrittenOut, class Basis, int Dim>
 void checkLines( const Stencil<Basis, Dim>& s, const NodeLayout<Dim>& layout,
                  const std::vector<StencilNode<Dim>>& nodes )
 {
     std::vector<StencilLine<Dim>> lines( nodes.size() );
     int visited = 0;
-    forEachLine( s, layout, CollectLines<Dim>{ lines.data(), &visited } );
+    forEachLine<WrittenOut>( s, layout,
+                             CollectLines<Dim>{ lines.data(), &visited } );
     ASSERT_EQ( static_cast<std::size_t>( visited * Basis::nodes ),
                nodes.size() );
     for ( std::size_t n = 0; n < nodes.size(); ++n )
@@ -271,7 +272,8 @@ void checkStencil()
     for ( int d = 0; d < Dim; ++d )
         expected *= Basis::nodes;
     EXPECT_EQ( visited, expected );
-    checkLines( s, layout, nodes );
+    checkLines<false>( s, layout, nodes );
+    checkLines<true>( s, layout, nodes );
     EXPECT_NEAR( unity, 1, tolerance( 1e-14 ) );
     EXPECT_NEAR( value, 1 + dot<Dim>( slope, x ), tolerance( 1e-13 ) );
     for ( int d = 0; d < Dim; ++d )

@@ -51,7 +51,7 @@ struct Gathered
             const VectorOf<Dim, Number> ( &C )[Dim] )
     {
         VectorOf<Dim, Number> widening{}; // fit of v'_a along a
-        forEachLine(
+        forEachLine<false>(
             s, layout,
             [&]( const auto& line ) MACHPOINT_INLINE
             {
