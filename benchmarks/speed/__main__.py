@@ -85,8 +85,8 @@ def make_jobs(arguments, directory):
     for threads in (1, 2):
         for order in ORDERS:
             found.append(Job(("ours", "apic", 2, order, threads),
-                             partial(updates, "apic", 2, order,
-                                     particles, threads)))
+                             partial(updates, "apic", 2, order, particles,
+                                     threads)))
         loop("plain", [build / "machpoint_plain_loop"], threads)
         loop("taichi", [arguments.python,
                         HERE / "yardstick" / "taichi_loop.py"], threads,
@@ -99,14 +99,13 @@ def make_jobs(arguments, directory):
                              partial(updates, "apic", 3, "ordered",
                                      particles, threads)))
     found.append(Job(("ours", "apic", 2, "unsorted", 1),
-                     partial(updates, "apic", 2, "unsorted",
-                             particles, 1)))
+                     partial(updates, "apic", 2, "unsorted", particles, 1)))
     for time in ("symplectic", "midpoint"):
         method = f"conservative_{time}"
         for order in ORDERS:
             found.append(Job(("ours", method, 2, order, 1),
-                             partial(updates, method, 2, order,
-                                     particles, 1)))
+                             partial(updates, method, 2, order, particles,
+                                     1)))
     for dim in arguments.dimensions:
         found.append(Job(("serial", dim),
                          partial(jobs.updates, serial, revision, "apic", dim,
