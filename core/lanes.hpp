@@ -589,10 +589,6 @@ template <class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number clip( const Number& x, const Number& least,
                                          const Number& most )
 {
-#ifdef MACHPOINT_HAS_REGISTERS // whose maximum with a NaN is the second number
-    if constexpr ( std::is_same_v<Number, Lanes> )
-        return Kokkos::min( Number( Kokkos::max( x, least ) ), most );
-#endif
     const Number raised = choose( least < x, x, least );
     return choose( raised < most, raised, most );
 }
