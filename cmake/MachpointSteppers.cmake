@@ -48,7 +48,11 @@ function(machpoint_add_steppers target)
   endforeach()
   set(STEPPER_LIST "")
   foreach(DIM 1 2 3)
-    # Modules exist in every dimension: `list` and `schema` name them all.
+    # `list` and `schema` name the modules of every dimension.
+    set(FACTORIES factories)
+    if(NOT DIM IN_LIST Machpoint_DIMENSIONS)
+      set(FACTORIES declarations)
+    endif()
     machpoint_add_unit(${target} modules_${DIM}d modules.cpp.in)
     if(NOT DIM IN_LIST Machpoint_DIMENSIONS)
       continue()

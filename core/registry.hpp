@@ -24,6 +24,7 @@ struct ModuleFactory
     std::function<Parameters( int dimension )> declare;
     //! Equations of state are made before all others, which may need them.
     bool is_equation_of_state;
+    //! Null where the build leaves the dimension out.
     std::function<std::unique_ptr<Module<Dim>>( const Json& resolved,
                                                 const EquationOfState<Dim>* )>
         make;
@@ -31,30 +32,40 @@ struct ModuleFactory
     std::function<std::string( const Json* entry, const FlowFacts& )> remark;
 };
 
+//! What an input may say of a module type, without what makes one: kernels are
+//! compiled where they are made.
+template <int Dim, template <int> class ModuleType>
+ModuleFactory<Dim> moduleDeclaration()
+{
+    using Type = ModuleType<Dim>;
+    ModuleFactory<Dim> factory = {
+        Type::name, &Type::declare,
+        std::is_base_of_v<EquationOfState<Dim>, Type>, nullptr, nullptr };
+    if constexpr ( requires { Type::remark; } )
+        factory.remark = &Type::remark;
+    return factory;
+}
+
 //! The factory of a module type: constructible from its resolved JSON, or
 //! from that and the equation of state.
 template <int Dim, template <int> class ModuleType>
 ModuleFactory<Dim> moduleFactory()
 {
     using Type = ModuleType<Dim>;
-    ModuleFactory<Dim> factory = {
-        Type::name, &Type::declare,
-        std::is_base_of_v<EquationOfState<Dim>, Type>,
+    auto factory = moduleDeclaration<Dim, ModuleType>();
+    factory.make =
         []( const Json& json,
             const EquationOfState<Dim>* gas ) -> std::unique_ptr<Module<Dim>>
+    {
+        if constexpr ( std::is_constructible_v<Type, const Json&,
+                                               const EquationOfState<Dim>&> )
+            return std::make_unique<Type>( json, *gas );
+        else
         {
-            if constexpr ( std::is_constructible_v<
-                               Type, const Json&, const EquationOfState<Dim>&> )
-                return std::make_unique<Type>( json, *gas );
-            else
-            {
-                static_cast<void>( gas );
-                return std::make_unique<Type>( json );
-            }
-        },
-        nullptr };
-    if constexpr ( requires { Type::remark; } )
-        factory.remark = &Type::remark;
+            static_cast<void>( gas );
+            return std::make_unique<Type>( json );
+        }
+    };
     return factory;
 }
 
@@ -66,6 +77,13 @@ struct ModuleList
     static std::vector<ModuleFactory<Dim>> factories()
     {
         return { moduleFactory<Dim, ModuleTypes>()... };
+    }
+
+    //! The same of a dimension that Machpoint_DIMENSIONS leaves out.
+    template <int Dim>
+    static std::vector<ModuleFactory<Dim>> declarations()
+    {
+        return { moduleDeclaration<Dim, ModuleTypes>()... };
     }
 };
 

@@ -50,6 +50,10 @@ void makeModules( const Json& list,
                 factories, json.at( "type" ).template get<std::string>() );
             if ( factory.is_equation_of_state != gas )
                 continue;
+            if ( !factory.make )
+                throw std::logic_error( fmt::format(
+                    "Machpoint_DIMENSIONS leaves out {}D, and so {}", Dim,
+                    factory.name ) );
             auto name = factory.name;
             for ( const auto* key : { "side", "name" } )
                 if ( json.contains( key ) )

@@ -268,9 +268,9 @@ class DecompositionTest(unittest.TestCase):
                 self.restart_on_any_number_of_ranks(scene)
 
     def restart_on_any_number_of_ranks(self, scene):
+        whole = self.run_scene(4, *scene, 30)
         for ranks in (4, 3, 1):
             with self.subTest(ranks=ranks):
-                whole = self.run_scene(4, *scene, 30)
                 self.run_scene(4, *scene, 15)
                 rest = self.run_scene(ranks, *scene, 30, "--restart", "latest")
                 self.assert_same(whole, rest)
