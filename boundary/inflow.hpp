@@ -117,7 +117,7 @@ class Inflow : public SideBoundary<Dim>
                                state.seed,
                                this->_part,
                                first };
-        IndexList entering( "Machpoint::entering", candidates );
+        const auto entering = _entering.take( candidates );
         int count = 0;
         const double after = _advanced;
         const auto box = state.layout.box;
@@ -269,7 +269,8 @@ class Inflow : public SideBoundary<Dim>
   private:
     Stream<Dim> _stream;
     int _buffer;
-    IndexList _nodes;     // those in the buffer
+    IndexList _nodes; // those in the buffer
+    Reused<int> _entering{ "Machpoint::entering" };
     double _advanced = 0; // how far the pattern has moved in
 };
 

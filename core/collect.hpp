@@ -22,6 +22,30 @@ inline int fetch( const Kokkos::View<int, MemorySpace>& number )
     return value;
 }
 
+/*!
+  \brief Memory of a list that every step makes anew, each time of another
+  length: allocated where a list is longer than all before it.
+*/
+template <class Value>
+class Reused
+{
+  public:
+    using list_type = Kokkos::View<Value*, MemorySpace>;
+
+    explicit Reused( const std::string& label ) : _memory( label, 0 ) {}
+
+    //! A list of n entries, whatever they are; until the next call.
+    list_type take( const int n )
+    {
+        if ( _memory.extent_int( 0 ) < n )
+            Kokkos::realloc( Kokkos::WithoutInitializing, _memory, n + n / 4 );
+        return Kokkos::subview( _memory, Kokkos::make_pair( 0, n ) );
+    }
+
+  private:
+    list_type _memory;
+};
+
 //! Rows where the host sorts them; on a CPU those of the list itself.
 using HostRowList = IndexList::HostMirror;
 
@@ -42,8 +66,9 @@ inline IndexList sortRows( const IndexList& list, const HostRowList& copy )
     std::sort( host.data(), end );
     int* const first = std::lower_bound( host.data(), end, 0 );
     int* const last = std::unique( first, end );
+    // Without a fence: what next changes the host's rows is a copy in this
+    // order.
     Kokkos::deep_copy( space, list, host );
-    space.fence( "Machpoint::sortRows" ); // before the host's rows change
     return Kokkos::subview(
         list, Kokkos::make_pair( first - host.data(), last - host.data() ) );
 }

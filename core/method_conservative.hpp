@@ -72,6 +72,7 @@ struct Conservative : MethodDefaults
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
         Impl::HalfCellMarks marks; //!< scratch of merging
+        Reused<std::int64_t> new_ids{ "Machpoint::newIds" }; //!< of splitting
         NodeSum heat;  //!< scratch of the exchanges of heat and volume
         NodeSum means; //!< scratch of pressure relaxation
 
@@ -168,7 +169,8 @@ struct Conservative : MethodDefaults
         {
             const Profile::Effect effect( "splitting" );
             Impl::trackStretch( state, *storage.history, parts );
-            Impl::splitParticles( state, *storage.history, parts );
+            Impl::splitParticles( state, *storage.history, storage.new_ids,
+                                  parts );
         }
     }
 

@@ -144,8 +144,9 @@ class SidecarBase
 {
   public:
     virtual ~SidecarBase() = default;
-    //! Makes room for n particles; new entries are zero.
-    virtual void resize( std::size_t n ) = 0;
+    //! Makes room for n particles.
+    //! \param clears are new entries zero? Else the caller writes them.
+    virtual void resize( std::size_t n, bool clears ) = 0;
     //! Reorders all entries. \param scratch memory that the caller lends
     virtual void permute( const ParticleBins& bins,
                           const Scratch& scratch ) = 0;
@@ -188,10 +189,11 @@ void moveTuples( const AoSoA& aosoa, const IndexList& from, const IndexList& to,
         } );
 }
 
-//! Rows first to first + count - 1.
-inline IndexList rowsFrom( const int first, const int count )
+//! Rows first to first + count - 1. \param memory of the list
+inline IndexList rowsFrom( Reused<int>& memory, const int first,
+                           const int count )
 {
-    const IndexList rows( "Machpoint::rows", count );
+    const auto rows = memory.take( count );
     Kokkos::parallel_for(
         "Machpoint::rowsFrom", Range( 0, count ),
         MACHPOINT_LAMBDA( const int k ) { rows( k ) = first + k; } );
@@ -482,14 +484,14 @@ class Sidecar : public SidecarBase
         : _label( label ), _during_step( during_step ), _names( names ),
           _aosoa( label ), _spare( label )
     {
-        resize( n );
+        resize( n, true );
     }
-    void resize( const std::size_t n ) override
+    void resize( const std::size_t n, const bool clears ) override
     {
         const int old = static_cast<int>( _aosoa.size() );
         Impl::resizeWithSlack( _aosoa, n );
         auto aosoa = _aosoa;
-        if ( static_cast<int>( n ) > old )
+        if ( clears && static_cast<int>( n ) > old )
             Kokkos::parallel_for(
                 "Machpoint::clearSidecar", Range( old, static_cast<int>( n ) ),
                 MACHPOINT_LAMBDA( const int p ) {
@@ -523,7 +525,7 @@ class Sidecar : public SidecarBase
         if ( _during_step == DuringStep::changes )
             std::swap( _aosoa, _spare );
         else
-            resize( n );
+            resize( n, true );
     }
     void save() override
     {
@@ -624,11 +626,13 @@ class Particles
     int size() const { return static_cast<int>( _aosoa.size() ); }
 
     //! Changes the number of particles; existing ones keep their data.
-    void resize( const std::size_t n )
+    //! \param clears are sidecars of new ones zero? Else the caller writes
+    //! them.
+    void resize( const std::size_t n, const bool clears = true )
     {
         Impl::resizeWithSlack( _aosoa, n );
         for ( auto& sidecar : _sidecars )
-            sidecar->resize( n );
+            sidecar->resize( n, clears );
     }
 
     //! A member of every particle, e.g. slice<Mass>(); within a step the value
@@ -652,7 +656,7 @@ class Particles
     {
         _keeps = keeps;
         _returns = false;
-        _kept.clear();
+        _kept_ends.clear();
         if ( keeps )
             Impl::resizeWithSlack( _other, _aosoa.size() );
         for ( auto& sidecar : _sidecars )
@@ -701,17 +705,20 @@ class Particles
         const int count = rows.extent_int( 0 );
         if ( !_returns || count == 0 )
             return;
-        const Identities kept( count );
-        Kokkos::deep_copy( kept.rows, rows );
+        const int first = keptRows();
+        _kept.makeRoom( first + count );
+        _kept_ends.push_back( first + count );
+        const auto kept = _kept;
         const auto id = slice<Id>();
         const auto m = slice<Mass>();
         Kokkos::parallel_for(
             "Machpoint::keepIdentities", Range( 0, count ),
             MACHPOINT_LAMBDA( const int k ) {
-                kept.mass( k ) = m( kept.rows( k ) );
-                kept.id( k ) = id( kept.rows( k ) );
+                const int p = rows( k );
+                kept.rows( first + k ) = p;
+                kept.mass( first + k ) = m( p );
+                kept.id( first + k ) = id( p );
             } );
-        _kept.push_back( kept );
     }
     //! Returns to the state before the step that has ended last.
     void restore()
@@ -719,8 +726,13 @@ class Particles
         std::swap( _aosoa, _other );
         for ( auto& sidecar : _sidecars )
             sidecar->restore( _aosoa.size() );
-        for ( ; !_kept.empty(); _kept.pop_back() )
-            giveBack( _kept.back() );
+        // The first kept of a row is the oldest, so it is given back last.
+        while ( !_kept_ends.empty() )
+        {
+            const int end = keptRows();
+            _kept_ends.pop_back();
+            giveBack( keptRows(), end );
+        }
     }
     //! Makes this the state to return to until a step begins.
     void save()
@@ -729,7 +741,7 @@ class Particles
         for ( auto& sidecar : _sidecars )
             sidecar->save();
         _returns = true;
-        _kept.clear();
+        _kept_ends.clear();
     }
     //! @}
 
@@ -818,8 +830,8 @@ class Particles
     {
         const int first = size();
         const int count = static_cast<int>( rows.extent( 0 ) );
-        const auto copies = Impl::rowsFrom( first, count );
-        resize( first + count );
+        const auto copies = Impl::rowsFrom( _sequence, first, count );
+        resize( first + count, false );
         Impl::moveTuples( _aosoa, rows, copies, count );
         for ( auto& sidecar : _sidecars )
             sidecar->move( rows, copies, count );
@@ -839,7 +851,7 @@ class Particles
         int moved = 0; // as many stay beyond `kept` as there are holes below
         while ( moved < count && removed( moved ) < kept )
             ++moved;
-        IndexList movers( "Machpoint::movers", moved );
+        const auto movers = _movers.take( moved );
         const auto sources = Kokkos::create_mirror_view( movers );
         int next = moved; // of those removed, the first at or beyond p
         for ( int p = kept, k = 0; p < n; ++p )
@@ -852,7 +864,7 @@ class Particles
         Kokkos::deep_copy( movers, sources );
         keepIdentities(
             Kokkos::subview( rows, Kokkos::make_pair( 0, moved ) ) );
-        keepIdentities( Impl::rowsFrom( kept, count ) );
+        keepIdentities( Impl::rowsFrom( _sequence, kept, count ) );
         Impl::moveTuples( _aosoa, movers, rows, moved );
         for ( auto& sidecar : _sidecars )
             sidecar->move( movers, rows, moved );
@@ -977,7 +989,7 @@ class Particles
         migration.exchange();
         remove( rows );
         const int kept = size();
-        resize( kept + migration.arriving() );
+        resize( kept + migration.arriving(), false );
         migration.unpack( _aosoa, kept );
         for ( const auto& sidecar : _sidecars )
             sidecar->unpack( migration, kept );
@@ -988,29 +1000,40 @@ class Particles
 #endif
     }
 
-    //! Masses and ids of some rows as they were.
+    //! Masses and ids of some rows as they were, in the order in which they
+    //! were kept.
     struct Identities
     {
-        IndexList rows;
-        Kokkos::View<Real*, MemorySpace> mass;
-        Kokkos::View<std::int64_t*, MemorySpace> id;
+        IndexList rows{ "Machpoint::keptRows", 0 };
+        Kokkos::View<Real*, MemorySpace> mass{ "Machpoint::keptMasses", 0 };
+        Kokkos::View<std::int64_t*, MemorySpace> id{ "Machpoint::keptIds", 0 };
 
-        explicit Identities( const int count )
-            : rows( "Machpoint::keptRows", count ),
-              mass( "Machpoint::keptMasses", count ),
-              id( "Machpoint::keptIds", count )
+        void makeRoom( const int n )
         {
+            if ( rows.extent_int( 0 ) >= n )
+                return;
+            const int room = n + n / 4;
+            Kokkos::resize( Kokkos::WithoutInitializing, rows, room );
+            Kokkos::resize( Kokkos::WithoutInitializing, mass, room );
+            Kokkos::resize( Kokkos::WithoutInitializing, id, room );
         }
     };
 
-    void giveBack( const Identities& kept ) const
+    //! How many rows are kept.
+    int keptRows() const
     {
+        return _kept_ends.empty() ? 0 : _kept_ends.back();
+    }
+
+    //! Of the rows kept those from begin to end - 1, each once.
+    void giveBack( const int begin, const int end ) const
+    {
+        const auto kept = _kept;
         const auto m = slice<Mass>();
         const auto id = slice<Id>();
         const int n = size();
         Kokkos::parallel_for(
-            "Machpoint::giveBackIdentities",
-            Range( 0, kept.rows.extent_int( 0 ) ),
+            "Machpoint::giveBackIdentities", Range( begin, end ),
             MACHPOINT_LAMBDA( const int k ) {
                 const int p = kept.rows( k );
                 if ( p >= n ) // it came after the step
@@ -1024,9 +1047,12 @@ class Particles
     aosoa_type _aosoa;
     aosoa_type _other; // the state before a step, or the one after it
     bool _keeps = false;
-    bool _streams = false;         // is what a step writes too much to cache?
-    bool _returns = false;         // is _other a state to return to?
-    std::vector<Identities> _kept; // of that state, where they have changed
+    bool _streams = false;       // is what a step writes too much to cache?
+    bool _returns = false;       // is _other a state to return to?
+    Identities _kept;            // of that state, where they have changed
+    std::vector<int> _kept_ends; // of what each call has kept
+    Reused<int> _sequence{ "Machpoint::rows" };
+    Reused<int> _movers{ "Machpoint::movers" };
     Kokkos::Array<bool, AdvancedMembers<Dim>::size> _reached{};
     std::vector<std::unique_ptr<SidecarBase>> _sidecars;
     Sidecar<LastingMembers>& _lasting; // the first sidecar

@@ -422,6 +422,39 @@ TEST_P( Method, allocatesNothingInTheLoopOfAClosedScene )
     EXPECT_EQ( allocations, Counts{} );
 }
 
+// Nor where particles enter, are halved and leave, once lists have been as long
+// as they get.
+TEST( OpenScene, allocatesNothingInTheLoop )
+{
+    auto input = box( 2, 16, 2, "conservative", "quadratic", "slip_wall" );
+    input["particles"]["sort_every"] = 1000000;
+    input["method"]["merge_volume"] = 0; // it sorts
+    input["initial"][0]["velocity"] = { 3, 0 };
+    input["initial"][0]["density"] = 0.7; // what enters expands
+    input["initial"][0]["pressure"] = 0.4;
+    input["boundary"][0] = { { "type", "inflow" },
+                             { "side", "x_lower" },
+                             { "density", 1.4 },
+                             { "velocity", { 3, 0 } },
+                             { "pressure", 1 } };
+    input["boundary"][1] = { { "type", "outflow" }, { "side", "x_upper" } };
+    auto run = simulate( input );
+    advance( *run, 60 );
+    const Real entered = run->ledger().mass_in;
+    const Real left = run->ledger().mass_out;
+    const RestoredCallbacks restored;
+    allocations.clear();
+    kernels.clear();
+    Kokkos::Tools::Experimental::set_allocate_data_callback( &countBytes );
+    Kokkos::Tools::Experimental::set_begin_parallel_for_callback(
+        &countKernel );
+    advance( *run, 20 );
+    EXPECT_EQ( allocations, Counts{} );
+    EXPECT_GT( run->ledger().mass_in, entered );
+    EXPECT_GT( run->ledger().mass_out, left );
+    EXPECT_GT( kernels["Machpoint::splitParticles"], 0 );
+}
+
 INSTANTIATE_TEST_SUITE_P( Each, Method,
                           testing::Values( "paper", "apic", "conservative" ) );
 

@@ -36,14 +36,14 @@ namespace Impl
   \brief New ids for the children of the given particles, in the order of their
   parents' ids over all ranks, so that they depend neither on the number of
   ranks nor on the order in memory. Advances state.next_id. Collective.
-  \param parents rows [n] \return ids [n]
+  \param parents rows [n] \param memory of the ids \return ids [n]
 */
 template <int Dim>
-Kokkos::View<std::int64_t*, MemorySpace>
-numberByParent( State<Dim>& state, const IndexList& parents )
+auto numberByParent( State<Dim>& state, const IndexList& parents,
+                     Reused<std::int64_t>& memory )
 {
-    const int n = static_cast<int>( parents.extent( 0 ) );
-    Kokkos::View<std::int64_t*, MemorySpace> ids( "Machpoint::newIds", n );
+    const int n = parents.extent_int( 0 );
+    const auto ids = memory.take( n );
     const auto id = state.particles.template slice<Id>();
     Kokkos::parallel_for(
         "Machpoint::parentIds", Range( 0, n ),
@@ -117,9 +117,11 @@ Real largeVolume( const State<Dim>& state, const ConservativeParts& parts )
   domain. The halves keep v, C and e; mass, momentum, energy and volume stay
   (on hats, what the affine energy loses becomes heat). Looks for them where a
   kernel has told of one.
+  \param new_ids scratch
 */
 template <int Dim>
 void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
+                     Reused<std::int64_t>& new_ids,
                      const ConservativeParts& parts )
 {
     const auto& comm = state.decomposition.comm();
@@ -156,7 +158,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
         } );
     const int count = large.extent_int( 0 );
     state.particles.keepIdentities( large );
-    const auto number = numberByParent( state, large );
+    const auto number = numberByParent( state, large, new_ids );
     state.particles.duplicate( large );
     const auto x = state.particles.template slice<Position>();
     const auto id = state.particles.template slice<Id>();
