@@ -429,6 +429,7 @@ TEST( OpenScene, allocatesNothingInTheLoop )
     auto input = box( 2, 16, 2, "conservative", "quadratic", "slip_wall" );
     input["particles"]["sort_every"] = 1000000;
     input["method"]["merge_volume"] = 0; // it sorts
+    input["method"]["split_volume"] = 0.26; // of .25
     input["initial"][0]["velocity"] = { 3, 0 };
     input["initial"][0]["density"] = 0.7; // what enters expands
     input["initial"][0]["pressure"] = 0.4;
