@@ -30,6 +30,14 @@ void countBytes( Kokkos::Tools::SpaceHandle, const char* label, const void*,
     allocations[label] += static_cast<std::int64_t>( bytes );
 }
 
+//! The same of the memory where particles are.
+void countOwnBytes( Kokkos::Tools::SpaceHandle space, const char* label,
+                    const void* pointer, const std::uint64_t bytes )
+{
+    if ( std::string( space.name ) == MemorySpace::name() )
+        countBytes( space, label, pointer, bytes );
+}
+
 //! Puts the callbacks of Kokkos Tools back that were there before.
 class RestoredCallbacks
 {
@@ -426,27 +434,29 @@ TEST_P( Method, allocatesNothingInTheLoopOfAClosedScene )
 // as they get.
 TEST( OpenScene, allocatesNothingInTheLoop )
 {
-    auto input = box( 2, 16, 2, "conservative", "quadratic", "slip_wall" );
+    auto input = box( 2, 24, 2, "conservative", "quadratic", "slip_wall" );
     input["particles"]["sort_every"] = 1000000;
     input["method"]["merge_volume"] = 0; // it sorts
-    input["method"]["split_volume"] = 0.26; // of .25
     input["initial"][0]["velocity"] = { 3, 0 };
-    input["initial"][0]["density"] = 0.7; // what enters expands
-    input["initial"][0]["pressure"] = 0.4;
     input["boundary"][0] = { { "type", "inflow" },
                              { "side", "x_lower" },
                              { "density", 1.4 },
                              { "velocity", { 3, 0 } },
                              { "pressure", 1 } };
     input["boundary"][1] = { { "type", "outflow" }, { "side", "x_upper" } };
+    input["boundary"].push_back( { { "type", "obstacle" },
+                                   { "shape",
+                                     { { "type", "sphere" },
+                                       { "center", { 0.4, 0.5 } },
+                                       { "radius", 0.1 } } } } );
     auto run = simulate( input );
-    advance( *run, 60 );
+    advance( *run, 150 );
     const Real entered = run->ledger().mass_in;
     const Real left = run->ledger().mass_out;
     const RestoredCallbacks restored;
     allocations.clear();
     kernels.clear();
-    Kokkos::Tools::Experimental::set_allocate_data_callback( &countBytes );
+    Kokkos::Tools::Experimental::set_allocate_data_callback( &countOwnBytes );
     Kokkos::Tools::Experimental::set_begin_parallel_for_callback(
         &countKernel );
     advance( *run, 20 );
