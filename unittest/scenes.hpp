@@ -96,6 +96,27 @@ inline Json shockTube( const int dimension, const int cells, const int per_axis,
     return input;
 }
 
+//! The same box, 2 particles a cell along an axis, with a stream along x, which
+//! has the box's gas, past a body.
+inline Json streamPast( const Json& shape, const int dimension, const int cells,
+                        const Real speed, const std::string& method,
+                        const std::string& basis )
+{
+    auto input = box( dimension, cells, 2, method, basis, "slip_wall" );
+    auto velocity = repeat( dimension, 0.0 );
+    velocity[0] = speed;
+    input["initial"][0]["velocity"] = velocity;
+    input["boundary"][0] = { { "type", "inflow" },
+                             { "side", "x_lower" },
+                             { "density", 1.4 },
+                             { "velocity", velocity },
+                             { "pressure", 1 } };
+    input["boundary"][1] = { { "type", "outflow" }, { "side", "x_upper" } };
+    input["boundary"].push_back(
+        { { "type", "obstacle" }, { "name", "body" }, { "shape", shape } } );
+    return input;
+}
+
 //! Adds von Neumann's viscosity.
 inline void addViscosity( Json& input )
 {

@@ -29,24 +29,11 @@ Json scene( const std::string& method, const int dimension, const bool is_open )
     Json input;
     if ( is_open )
     {
-        input = box( dimension, dimension == 1 ? 60 : 24, 2, method,
-                     "quadratic", "slip_wall" );
-        auto velocity = repeat( dimension, 0.0 );
-        velocity[0] = 6.0;
-        input["initial"][0]["velocity"] = velocity;
-        input["boundary"][0] = { { "type", "inflow" },
-                                 { "side", "x_lower" },
-                                 { "density", 1.4 },
-                                 { "velocity", velocity },
-                                 { "pressure", 1 } };
-        input["boundary"][1] = { { "type", "outflow" }, { "side", "x_upper" } };
-        auto center = repeat( dimension, 0.5 );
-        input["boundary"].push_back( { { "type", "obstacle" },
-                                       { "name", "body" },
-                                       { "shape",
-                                         { { "type", "sphere" },
-                                           { "center", center },
-                                           { "radius", 0.15 } } } } );
+        input = streamPast( { { "type", "sphere" },
+                              { "center", repeat( dimension, 0.5 ) },
+                              { "radius", 0.15 } },
+                            dimension, dimension == 1 ? 60 : 24, 6, method,
+                            "quadratic" );
     }
     else
         input = shockTube( dimension, dimension == 1 ? 60 : 20, 2, method,

@@ -434,21 +434,11 @@ TEST_P( Method, allocatesNothingInTheLoopOfAClosedScene )
 // as they get.
 TEST( OpenScene, allocatesNothingInTheLoop )
 {
-    auto input = box( 2, 24, 2, "conservative", "quadratic", "slip_wall" );
+    auto input = streamPast(
+        { { "type", "sphere" }, { "center", { 0.4, 0.5 } }, { "radius", 0.1 } },
+        2, 24, 3, "conservative", "quadratic" );
     input["particles"]["sort_every"] = 1000000;
     input["method"]["merge_volume"] = 0; // it sorts
-    input["initial"][0]["velocity"] = { 3, 0 };
-    input["boundary"][0] = { { "type", "inflow" },
-                             { "side", "x_lower" },
-                             { "density", 1.4 },
-                             { "velocity", { 3, 0 } },
-                             { "pressure", 1 } };
-    input["boundary"][1] = { { "type", "outflow" }, { "side", "x_upper" } };
-    input["boundary"].push_back( { { "type", "obstacle" },
-                                   { "shape",
-                                     { { "type", "sphere" },
-                                       { "center", { 0.4, 0.5 } },
-                                       { "radius", 0.1 } } } } );
     auto run = simulate( input );
     advance( *run, 150 );
     const Real entered = run->ledger().mass_in;

@@ -39,9 +39,9 @@ namespace Impl
   \param parents rows [n] \param memory of the ids \return ids [n]
 */
 template <int Dim>
-Reused<std::int64_t>::list_type
-numberByParent( State<Dim>& state, const IndexList& parents,
-                Reused<std::int64_t>& memory )
+Reused<std::int64_t>::list_type numberByParent( State<Dim>& state,
+                                                const IndexList& parents,
+                                                Reused<std::int64_t>& memory )
 {
     const int n = parents.extent_int( 0 );
     const auto ids = memory.take( n );
