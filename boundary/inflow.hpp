@@ -78,9 +78,8 @@ class Inflow : public SideBoundary<Dim>
         const auto field = velocity.field;
         const int first = velocity.first;
         const auto stream = _stream;
-        Kokkos::parallel_for(
-            "Machpoint::inflowNodes",
-            Range( 0, static_cast<int>( nodes.extent( 0 ) ) ),
+        forEach(
+            "Machpoint::inflowNodes", nodes.extent_int( 0 ),
             MACHPOINT_LAMBDA( const int k ) {
                 for ( int d = 0; d < Dim; ++d )
                     field( nodes( k ), first + d ) = stream.velocity[d];
@@ -152,8 +151,8 @@ class Inflow : public SideBoundary<Dim>
         const auto stream = _stream;
         const Real mass =
             stream.density * state.grid.cellVolume() / state.per_cell;
-        Kokkos::parallel_for(
-            "Machpoint::inflow", Range( 0, count ),
+        forEach(
+            "Machpoint::inflow", count,
             MACHPOINT_LAMBDA( const int n ) {
                 const int k = entering( n );
                 const int p = old + n;
@@ -165,7 +164,8 @@ class Inflow : public SideBoundary<Dim>
                 sound_speed( p ) = 0;
                 id( p ) = pattern.id( k );
                 stream.impose( p, v, L, m, V, e );
-            } );
+            },
+            few_packs );
         state.ledger.mass_in.add( mass, count );
     }
 

@@ -47,8 +47,8 @@ class Periodic : public Module<Dim>
         const Real upper = state.grid.upper[axis];
         const Real length = upper - lower;
         const auto rows = state.leavers;
-        Kokkos::parallel_for(
-            "Machpoint::periodic", Range( 0, rows.extent_int( 0 ) ),
+        forEach(
+            "Machpoint::periodic", rows.extent_int( 0 ),
             MACHPOINT_LAMBDA( const int k ) {
                 Real& place = x( rows( k ), axis );
                 if ( place >= lower && place < upper )

@@ -63,8 +63,8 @@ class Recycle : public Module<Dim>
         const int axis = _side / 2;
         const bool enters_low = _side % 2 == 1;
         const auto rows = state.leavers;
-        Kokkos::parallel_for(
-            "Machpoint::recycle", Range( 0, rows.extent_int( 0 ) ),
+        forEach(
+            "Machpoint::recycle", rows.extent_int( 0 ),
             MACHPOINT_LAMBDA( const int k ) {
                 const int p = rows( k );
                 if ( x( p, axis ) >= grid.lower[axis] &&

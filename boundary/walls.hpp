@@ -47,8 +47,8 @@ class Wall : public SideBoundary<Dim>
         const Real lower = grid.lower[axis];
         const Real inside = justInside( lower, grid.upper[axis] );
         const auto rows = state.leavers;
-        Kokkos::parallel_for(
-            "Machpoint::wall", Range( 0, rows.extent_int( 0 ) ),
+        forEach(
+            "Machpoint::wall", rows.extent_int( 0 ),
             MACHPOINT_LAMBDA( const int k ) {
                 const int p = rows( k );
                 const auto y = get<Dim>( x, p );

@@ -117,8 +117,8 @@ SlabLoads countLoads( const Communicator& comm, const Grid<Dim>& grid,
     const auto slab_of = findBoxes<Dim>( grid, cuts );
     Kokkos::View<int**, Kokkos::LayoutRight, MemorySpace> counts(
         "Machpoint::loads", slabs, cells );
-    Kokkos::parallel_for(
-        "Machpoint::countLoads", Range( 0, particles.size() ),
+    forEach(
+        "Machpoint::countLoads", particles.size(),
         MACHPOINT_LAMBDA( const int p ) {
             const auto y = get<Dim>( x, p );
             Kokkos::atomic_inc(

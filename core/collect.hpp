@@ -13,13 +13,27 @@
 namespace Machpoint
 {
 
-//! A number that kernels left. Waits for them once; without the space Kokkos
-//! waits for all spaces, and twice.
-inline int fetch( const Kokkos::View<int, MemorySpace>& number )
+//! A number that kernels change.
+using SharedNumber = Kokkos::View<int, MemorySpace>;
+
+//! What kernels left in it. Waits for them once; without the space Kokkos waits
+//! for all spaces, and twice. (A CPU's kernels are done when they return.)
+inline int fetch( const SharedNumber& number )
 {
+    if constexpr ( runs_on_host )
+        return number();
     int value = 0;
     Kokkos::deep_copy( ExecutionSpace(), value, number );
     return value;
+}
+
+//! Sets it between kernels, without a wait.
+inline void put( const SharedNumber& number, const int value )
+{
+    if constexpr ( runs_on_host )
+        number() = value;
+    else
+        Kokkos::deep_copy( ExecutionSpace(), number, value );
 }
 
 /*!
@@ -89,7 +103,7 @@ IndexList collect( const char* label, const int begin, const int end,
     const IndexList rows(
         Kokkos::view_alloc( std::string( label ), Kokkos::WithoutInitializing ),
         most );
-    const Kokkos::View<int, MemorySpace> count( "Machpoint::rowsFound" );
+    const SharedNumber count( "Machpoint::rowsFound" );
     Kokkos::parallel_for(
         label, Range( begin, end ), MACHPOINT_LAMBDA( const int p ) {
             if ( test( p ) )
@@ -125,7 +139,7 @@ class RowList
                              room + room / 4 );
             _host = hostRows( _rows );
         }
-        Kokkos::deep_copy( ExecutionSpace(), _count, 0 );
+        put( _count, 0 );
     }
 
     //! On the device.
@@ -161,8 +175,8 @@ class RowList
         const IndexList list =
             Kokkos::subview( _rows, Kokkos::make_pair( 0, noted ) );
         const auto all = _noted;
-        Kokkos::parallel_for(
-            _noted.label(), Range( 0, noted ), MACHPOINT_LAMBDA( const int k ) {
+        forEach(
+            _noted.label().c_str(), noted, MACHPOINT_LAMBDA( const int k ) {
                 list( k ) = test( all( k ) ) ? all( k ) : -1;
             } );
         return Impl::sortRows( list, _host );
@@ -184,7 +198,7 @@ class RowList
     IndexList _noted;
     IndexList _rows;   // those of the last test
     HostRowList _host; // the same while they are sorted
-    Kokkos::View<int, MemorySpace> _count;
+    SharedNumber _count;
 };
 
 } // namespace Machpoint

@@ -359,9 +359,8 @@ class Halo
         const int end = cells + vertex + halo;
         if ( ( halo == 0 && vertex == 0 ) || !( at_lower || at_upper ) )
             return;
-        Kokkos::parallel_for(
-            label, Range( 0, sideSize( layout, axis ) ),
-            MACHPOINT_LAMBDA( const int t ) {
+        forEach(
+            label, sideSize( layout, axis ), MACHPOINT_LAMBDA( const int t ) {
                 // Of node 0, whether it is stored here or not.
                 const int origin = layout( sideNode( layout, axis, t ) );
                 const int stride = layout.stride[axis];

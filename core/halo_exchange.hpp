@@ -178,8 +178,8 @@ class HaloExchange
         buffer.reserve( size( axis, columns, layers ) );
         const auto values = buffer.device;
         const int first = layers.first;
-        Kokkos::parallel_for(
-            "Machpoint::packHalo", Range( 0, layers.count * across ),
+        forEach(
+            "Machpoint::packHalo", layers.count * across,
             MACHPOINT_LAMBDA( const int k ) {
                 const int row =
                     rowInLayer( layout, axis, first + k / across, k % across );
@@ -197,8 +197,8 @@ class HaloExchange
         const int across = layout.total / layout.extent[axis];
         const auto values = buffer.device;
         const int first = layers.first;
-        Kokkos::parallel_for(
-            "Machpoint::unpackHalo", Range( 0, layers.count * across ),
+        forEach(
+            "Machpoint::unpackHalo", layers.count * across,
             MACHPOINT_LAMBDA( const int k ) {
                 const int row =
                     rowInLayer( layout, axis, first + k / across, k % across );

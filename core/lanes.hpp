@@ -133,7 +133,8 @@ struct OverPacks
 template <class Body>
 void forEachPack( const char* label, const int n, const Body& body )
 {
-    forEach( label, countPacks( n ), Impl::OverPacks<Body>{ body, n } );
+    forEach( label, countPacks( n ), Impl::OverPacks<Body>{ body, n },
+             few_packs );
 }
 
 //! values[k] in a loop behind MACHPOINT_KEEP_LOOP; on a GPU chosen, not

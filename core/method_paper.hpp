@@ -72,8 +72,8 @@ template <int Dim>
 void divideByMass( const State<Dim>& state, const NodeView& velocity )
 {
     const auto moments = state.nodes.moments;
-    Kokkos::parallel_for(
-        "Machpoint::divideByMass", Range( 0, state.layout.total ),
+    forEach(
+        "Machpoint::divideByMass", state.layout.total,
         MACHPOINT_LAMBDA( const int i ) {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )

@@ -60,12 +60,13 @@ class Migration
     {
         const auto leaving = _plan.getExportSteering();
         const auto to = next<AoSoA>( _sent );
-        Kokkos::parallel_for(
+        forEach(
             "Machpoint::packParticles",
-            Range( 0, static_cast<int>( _plan.totalNumExport() ) ),
+            static_cast<int>( _plan.totalNumExport() ),
             MACHPOINT_LAMBDA( const int k ) {
                 to( k ) = aosoa.getTuple( rows( leaving( k ) ) );
-            } );
+            },
+            few_packs );
     }
 
     //! Sends and receives; waits for both.
@@ -90,11 +91,12 @@ class Migration
     void unpack( const AoSoA& aosoa, const int first )
     {
         const auto from = next<AoSoA>( _received );
-        Kokkos::parallel_for(
-            "Machpoint::unpackParticles", Range( 0, arriving() ),
+        forEach(
+            "Machpoint::unpackParticles", arriving(),
             MACHPOINT_LAMBDA( const int k ) {
                 aosoa.setTuple( first + k, from( k ) );
-            } );
+            },
+            few_packs );
     }
 
     // Public only because nvcc wants the types of a device lambda to be

@@ -219,7 +219,7 @@ struct Series
 /*!
   \brief Base of all physics and boundary modules: hooks that do nothing.
 
-  A hook that is not overridden launches no kernel.
+  The time loop calls none that a module does not override (hooksOf).
 */
 template <int Dim>
 class Module

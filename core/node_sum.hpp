@@ -344,7 +344,8 @@ class NodeScatter
                     for ( std::size_t k = 0; k < count; ++k )
                         sum[k] += copy[k];
                 }
-            } );
+            },
+            few_packs );
     }
 
     //! Public because nvcc wants the parent function of a device lambda to be
@@ -352,12 +353,14 @@ class NodeScatter
     void clearRest() const
     {
         const NodeScatter scatter = *this;
+        const int threads = _seams.threads();
         forEach(
-            "Machpoint::clearSums", _seams.threads(),
+            "Machpoint::clearSums", threads,
             MACHPOINT_LAMBDA( const int t ) {
                 const auto own = scatter.thread( t );
                 own.clearTo( own.end );
-            } );
+            },
+            _sums.extent_int( 0 ) <= few_rows ? threads : 0 );
     }
 
   private:
@@ -699,9 +702,8 @@ class NodeSum
         const auto to = _sums;
         const int parts = _reproducible ? 2 : 1;
         const int columns = static_cast<int>( to.extent( 1 ) );
-        Kokkos::parallel_for(
-            "Machpoint::copyDeposit",
-            Range( 0, static_cast<int>( to.extent( 0 ) ) ),
+        forEach(
+            "Machpoint::copyDeposit", to.extent_int( 0 ),
             MACHPOINT_LAMBDA( const int i ) {
                 for ( int c = 0; c < columns; ++c )
                     to( i, c ) = from( i, parts * column + c % parts );
@@ -715,9 +717,8 @@ class NodeSum
         const auto field = _field;
         const auto parts = _sums;
         const int columns = static_cast<int>( field.extent( 1 ) );
-        Kokkos::parallel_for(
-            "Machpoint::joinParts",
-            Range( 0, static_cast<int>( field.extent( 0 ) ) ),
+        forEach(
+            "Machpoint::joinParts", field.extent_int( 0 ),
             MACHPOINT_LAMBDA( const int i ) {
                 for ( int c = 0; c < columns; ++c )
                     field( i, c ) = parts( i, 2 * c ) + parts( i, 2 * c + 1 );

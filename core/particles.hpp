@@ -182,11 +182,12 @@ template <class AoSoA>
 void moveTuples( const AoSoA& aosoa, const IndexList& from, const IndexList& to,
                  const int count )
 {
-    Kokkos::parallel_for(
-        "Machpoint::moveParticles", Range( 0, count ),
+    forEach(
+        "Machpoint::moveParticles", count,
         MACHPOINT_LAMBDA( const int k ) {
             aosoa.setTuple( to( k ), aosoa.getTuple( from( k ) ) );
-        } );
+        },
+        few_packs );
 }
 
 //! Rows first to first + count - 1. \param memory of the list
@@ -194,8 +195,8 @@ inline IndexList rowsFrom( Reused<int>& memory, const int first,
                            const int count )
 {
     const auto rows = memory.take( count );
-    Kokkos::parallel_for(
-        "Machpoint::rowsFrom", Range( 0, count ),
+    forEach(
+        "Machpoint::rowsFrom", count,
         MACHPOINT_LAMBDA( const int k ) { rows( k ) = first + k; } );
     return rows;
 }
@@ -205,9 +206,8 @@ template <class AoSoA>
 AoSoA singleTuple( const AoSoA& aosoa, const int p )
 {
     const AoSoA single( aosoa.label(), 1 );
-    Kokkos::parallel_for(
-        "Machpoint::singleParticle", Range( 0, 1 ),
-        MACHPOINT_LAMBDA( const int ) {
+    forEach(
+        "Machpoint::singleParticle", 1, MACHPOINT_LAMBDA( const int ) {
             single.setTuple( 0, aosoa.getTuple( p ) );
         } );
     return single;
@@ -220,11 +220,12 @@ void putTuples( const AoSoA& aosoa, const std::size_t first,
 {
     const auto block =
         Cabana::create_mirror_view_and_copy( MemorySpace(), from );
-    Kokkos::parallel_for(
-        "Machpoint::putParticles", Range( 0, static_cast<int>( from.size() ) ),
+    forEach(
+        "Machpoint::putParticles", static_cast<int>( from.size() ),
         MACHPOINT_LAMBDA( const int k ) {
             aosoa.setTuple( first + k, block.getTuple( k ) );
-        } );
+        },
+        few_packs );
     Kokkos::fence( "Machpoint::putParticles" ); // before the host's change
 }
 
@@ -242,11 +243,12 @@ void resizeWithSlack( AoSoA& aosoa, const std::size_t n )
 template <class From, class To>
 void copyInOrder( const ParticleBins& bins, const From& from, const To& to )
 {
-    Kokkos::parallel_for(
-        "Machpoint::permute", Range( 0, static_cast<int>( from.size() ) ),
+    forEach(
+        "Machpoint::permute", static_cast<int>( from.size() ),
         MACHPOINT_LAMBDA( const int k ) {
             to.setTuple( k, from.getTuple( bins.permutation( k ) ) );
-        } );
+        },
+        few_packs );
 }
 
 //! Reorders particles. \param spare takes the old order
@@ -364,9 +366,8 @@ void fetchMember( const AoSoA& aosoa, const std::size_t first,
     const auto slice = Cabana::slice<M>( aosoa );
     // The same memory, unless the particles are a device's.
     const auto block = Kokkos::create_mirror_view( MemorySpace(), rows );
-    Kokkos::parallel_for(
-        "Machpoint::fetchMember",
-        Range( 0, static_cast<int>( rows.extent( 0 ) ) ),
+    forEach(
+        "Machpoint::fetchMember", rows.extent_int( 0 ),
         MACHPOINT_LAMBDA( const int k ) {
             for ( std::size_t c = 0; c < block.extent( 1 ); ++c )
                 block( k, c ) = component<Type>( slice, first + k, c );
@@ -400,9 +401,8 @@ void storeMember( const AoSoA& aosoa, const std::size_t first,
     const auto slice = Cabana::slice<M>( aosoa );
     const auto block =
         Kokkos::create_mirror_view_and_copy( MemorySpace(), rows );
-    Kokkos::parallel_for(
-        "Machpoint::storeMember",
-        Range( 0, static_cast<int>( rows.extent( 0 ) ) ),
+    forEach(
+        "Machpoint::storeMember", rows.extent_int( 0 ),
         MACHPOINT_LAMBDA( const int k ) {
             for ( std::size_t c = 0; c < block.extent( 1 ); ++c )
                 component<Type>( slice, first + k, c ) = block( k, c );
@@ -711,8 +711,8 @@ class Particles
         const auto kept = _kept;
         const auto id = slice<Id>();
         const auto m = slice<Mass>();
-        Kokkos::parallel_for(
-            "Machpoint::keepIdentities", Range( 0, count ),
+        forEach(
+            "Machpoint::keepIdentities", count,
             MACHPOINT_LAMBDA( const int k ) {
                 const int p = rows( k );
                 kept.rows( first + k ) = p;

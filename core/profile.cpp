@@ -21,14 +21,15 @@ std::int64_t most_bytes = 0;
 bool is_idle = true; // no kernel since the last fence
 Kokkos::Tools::Experimental::EventSet former;
 
-std::size_t entry( std::vector<ProfileEntry>& entries, const std::string& name )
+std::size_t entry( std::vector<ProfileEntry>& entries,
+                   const std::string_view name )
 {
     const auto found =
         std::find_if( entries.begin(), entries.end(),
                       [&]( const ProfileEntry& e ) { return e.name == name; } );
     if ( found != entries.end() )
         return found - entries.begin();
-    entries.push_back( ProfileEntry{ name } );
+    entries.push_back( ProfileEntry{ std::string( name ) } );
     return entries.size() - 1;
 }
 
@@ -145,7 +146,7 @@ std::int64_t Profile::mostBytes()
     return most_bytes;
 }
 
-Profile::Phase::Phase( const std::string& name )
+Profile::Phase::Phase( const std::string_view name )
     : _entry( entry( phase_entries, name ) ),
       _outer( std::exchange( current_phase, _entry ) )
 {
@@ -167,7 +168,7 @@ Profile::Phase::~Phase()
     current_phase = _outer;
 }
 
-Profile::Effect::Effect( const std::string& name )
+Profile::Effect::Effect( const std::string_view name )
     : _entry( entry( effect_entries, name ) ),
       _outer( std::exchange( current_effect, _entry ) )
 {

@@ -11,6 +11,7 @@
 #include <Kokkos_Timer.hpp>
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace Machpoint
@@ -56,7 +57,7 @@ class Profile
     class Phase
     {
       public:
-        explicit Phase( const std::string& name );
+        explicit Phase( std::string_view name );
         ~Phase();
         Phase( const Phase& ) = delete;
 
@@ -69,7 +70,7 @@ class Profile
     class Effect
     {
       public:
-        explicit Effect( const std::string& name );
+        explicit Effect( std::string_view name );
         ~Effect();
         Effect( const Effect& ) = delete;
 

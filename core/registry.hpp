@@ -16,6 +16,68 @@
 namespace Machpoint
 {
 
+//! Hooks of Module that the time loop calls with the state.
+enum class Hook : unsigned
+{
+    layOut,
+    initialize,
+    particleState,
+    limitTimeStep,
+    mirrorParticles,
+    keepDeposit,
+    gridForce,
+    applyToGrid,
+    gridWork,
+    particleSource,
+    applyToParticles,
+    inject
+};
+
+//! Those that a module type overrides: no others are called.
+class Hooks
+{
+  public:
+    constexpr bool has( const Hook hook ) const { return _bits & bit( hook ); }
+    constexpr void add( const Hook hook ) { _bits |= bit( hook ); }
+
+  private:
+    static constexpr unsigned bit( const Hook hook )
+    {
+        return 1u << static_cast<unsigned>( hook );
+    }
+
+    unsigned _bits = 0;
+};
+
+//! A pointer to a hook is one to a member of the class that overrides it last.
+//! (What cannot be asked for, as it is private, is taken for one.)
+template <int Dim, class Type>
+constexpr Hooks hooksOf()
+{
+    Hooks own;
+#define MACHPOINT_ADD_IF_OVERRIDDEN( hook )                                    \
+    if constexpr ( !requires {                                                 \
+                       requires std::is_same_v<                                \
+                           decltype( &Type::hook ),                            \
+                           decltype( &Module<Dim>::hook )>;                    \
+                   } )                                                         \
+        own.add( Hook::hook );
+    MACHPOINT_ADD_IF_OVERRIDDEN( layOut )
+    MACHPOINT_ADD_IF_OVERRIDDEN( initialize )
+    MACHPOINT_ADD_IF_OVERRIDDEN( particleState )
+    MACHPOINT_ADD_IF_OVERRIDDEN( limitTimeStep )
+    MACHPOINT_ADD_IF_OVERRIDDEN( mirrorParticles )
+    MACHPOINT_ADD_IF_OVERRIDDEN( keepDeposit )
+    MACHPOINT_ADD_IF_OVERRIDDEN( gridForce )
+    MACHPOINT_ADD_IF_OVERRIDDEN( applyToGrid )
+    MACHPOINT_ADD_IF_OVERRIDDEN( gridWork )
+    MACHPOINT_ADD_IF_OVERRIDDEN( particleSource )
+    MACHPOINT_ADD_IF_OVERRIDDEN( applyToParticles )
+    MACHPOINT_ADD_IF_OVERRIDDEN( inject )
+#undef MACHPOINT_ADD_IF_OVERRIDDEN
+    return own;
+}
+
 //! How to declare and make one kind of module.
 template <int Dim>
 struct ModuleFactory
@@ -30,6 +92,7 @@ struct ModuleFactory
         make;
     //! What it has to say of a scene (see FlowFacts); null: never anything.
     std::function<std::string( const Json* entry, const FlowFacts& )> remark;
+    Hooks hooks{};
 };
 
 //! What an input may say of a module type, without what makes one: kernels are
@@ -39,8 +102,12 @@ ModuleFactory<Dim> moduleDeclaration()
 {
     using Type = ModuleType<Dim>;
     ModuleFactory<Dim> factory = {
-        Type::name, &Type::declare,
-        std::is_base_of_v<EquationOfState<Dim>, Type>, nullptr, nullptr };
+        Type::name,
+        &Type::declare,
+        std::is_base_of_v<EquationOfState<Dim>, Type>,
+        nullptr,
+        nullptr,
+        hooksOf<Dim, Type>() };
     if constexpr ( requires { Type::remark; } )
         factory.remark = &Type::remark;
     return factory;

@@ -108,8 +108,8 @@ void sampleParticles( const State<Dim>& state, const Sums& sums )
     const auto pressure = state.particles.template slice<Pressure>();
     const auto grid = state.grid;
     const auto layout = state.layout;
-    Kokkos::parallel_for(
-        "Machpoint::sampleGrid", Range( 0, state.particles.size() ),
+    forEach(
+        "Machpoint::sampleGrid", state.particles.size(),
         MACHPOINT_LAMBDA( const int p ) {
             const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
             const auto nodes = accessTo( sums.thread(), p, s, layout );
@@ -125,7 +125,8 @@ void sampleParticles( const State<Dim>& state, const Sums& sums )
                              for ( int d = 0; d < Dim; ++d )
                                  nodes( i.row, 4 + d ) += mw * v( p, d );
                          } );
-        } );
+        },
+        few_packs );
 }
 
 /*!

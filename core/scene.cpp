@@ -64,7 +64,8 @@ void makeModules( const Json& list,
             auto module = factory.make( json, scene.gas );
             if ( gas )
                 scene.gas = static_cast<EquationOfState<Dim>*>( module.get() );
-            scene.modules.push_back( { name, std::move( module ) } );
+            scene.modules.push_back(
+                { name, std::move( module ), factory.hooks } );
         }
 }
 

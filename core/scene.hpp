@@ -16,6 +16,7 @@ struct ActiveModule
 {
     std::string name;
     std::unique_ptr<Module<Dim>> module;
+    Hooks hooks;
 };
 
 //! What a scene needs to know of a basis and a method to lay out its nodes.

@@ -116,8 +116,7 @@ Watch<Dim> watch( const State<Dim>& state, const Real part = 1 )
 
 //! Not 0 once a kernel has told of it.
 template <int Dim>
-Kokkos::View<int, MemorySpace> suspicionOf( const State<Dim>& state,
-                                            const Suspicion suspicion )
+SharedNumber suspicionOf( const State<Dim>& state, const Suspicion suspicion )
 {
     return Kokkos::subview( state.suspicions, static_cast<int>( suspicion ) );
 }
@@ -129,7 +128,7 @@ bool isSuspected( const State<Dim>& state, const Suspicion suspicion )
     const auto told = suspicionOf( state, suspicion );
     if ( fetch( told ) == 0 )
         return false;
-    Kokkos::deep_copy( ExecutionSpace(), told, 0 );
+    put( told, 0 );
     return true;
 }
 

@@ -179,9 +179,9 @@ class TimeLoop : public Simulation
     //! Initial particles and modules. \throws InputError
     void setUp()
     {
-        each( "set-up", &Module<Dim>::layOut );
-        each( "set-up", &Module<Dim>::initialize );
-        each( "set-up", &Module<Dim>::particleState );
+        each( "set-up", Hook::layOut, &Module<Dim>::layOut );
+        each( "set-up", Hook::initialize, &Module<Dim>::initialize );
+        each( "set-up", Hook::particleState, &Module<Dim>::particleState );
         _particles =
             comm().sum( std::int64_t( _scene.state.particles.size() ) );
         imbalance();
@@ -196,18 +196,15 @@ class TimeLoop : public Simulation
     void mirrorParticles()
     {
         _scene.state.images.count = 0;
-        each( "images", &Module<Dim>::mirrorParticles );
+        each( "images", Hook::mirrorParticles, &Module<Dim>::mirrorParticles );
     }
 
     //! Applies boundaries to a node velocity.
     void constrain( const GridVelocity& velocity )
     {
         Profile::Phase phase( "grid boundaries" );
-        for ( auto& active : _scene.modules )
-        {
-            Profile::Effect effect( active.name );
-            active.module->applyToGrid( _scene.state, velocity );
-        }
+        withEach( Hook::applyToGrid, [&]( Module<Dim>& module )
+                  { module.applyToGrid( _scene.state, velocity ); } );
     }
 
   private:
@@ -267,7 +264,7 @@ class TimeLoop : public Simulation
             makeNodes();
             layOutFields();
         }
-        each( "balance", &Module<Dim>::layOut );
+        each( "balance", Hook::layOut, &Module<Dim>::layOut );
     }
 
     //! Every few steps: moves the boxes where one has too many particles.
@@ -300,7 +297,8 @@ class TimeLoop : public Simulation
             Profile::Phase phase( "prepare" );
             prepareParticles();
         }
-        each( "particle state", &Module<Dim>::particleState ); // 1
+        each( "particle state", Hook::particleState,
+              &Module<Dim>::particleState ); // 1
         const auto own = limits();
         {
             Profile::Phase phase( "guard" );
@@ -339,7 +337,7 @@ class TimeLoop : public Simulation
             Profile::Phase phase( "P2G" );
             particlesToGrid(); // 2-4
         }
-        each( "grid force", &Module<Dim>::keepDeposit );
+        each( "grid force", Hook::keepDeposit, &Module<Dim>::keepDeposit );
         {
             Profile::Phase phase( "grid" );
             foldMoments();
@@ -355,9 +353,9 @@ class TimeLoop : public Simulation
             Profile::Phase phase( "time step" );
             _stable = stableTimeStep();
         }
-        each( "grid force", &Module<Dim>::gridForce );
+        each( "grid force", Hook::gridForce, &Module<Dim>::gridForce );
         constrain( { state.nodes.velocities, Dim } ); // eq. 7
-        each( "grid work", &Module<Dim>::gridWork );
+        each( "grid work", Hook::gridWork, &Module<Dim>::gridWork );
         {
             Profile::Phase phase( "G2P" );
             gridToParticles(); // 6-10
@@ -370,12 +368,12 @@ class TimeLoop : public Simulation
     {
         Profile::Phase phase( "particle source" );
         _has_sources = false;
-        for ( auto& active : _scene.modules )
-        {
-            Profile::Effect effect( active.name );
-            if ( active.module->particleSource( _scene.state ) )
-                _has_sources = true;
-        }
+        withEach( Hook::particleSource,
+                  [&]( Module<Dim>& module )
+                  {
+                      if ( module.particleSource( _scene.state ) )
+                          _has_sources = true;
+                  } );
     }
 
     //! \name Particles that are marked go, others to the ranks that have their
@@ -438,7 +436,8 @@ class TimeLoop : public Simulation
         if ( part * std::ldexp( 1.0, _most_retries ) < 1.5 )
             throw NumericalFailure( fault );
         ++_retries;
-        each( "particle state", &Module<Dim>::particleState );
+        each( "particle state", Hook::particleState,
+              &Module<Dim>::particleState );
     }
 
     void restore()
@@ -453,16 +452,26 @@ class TimeLoop : public Simulation
             active.module->rejectStep( state );
     }
 
-    //! Calls a hook of every module, in the order of the input.
-    void each( const char* phase_name,
+    //! Calls action( module ) for the modules that have a hook of their own,
+    //! in the order of the input.
+    template <class Action>
+    void withEach( const Hook hook, const Action& action )
+    {
+        for ( const auto& active : _scene.modules )
+        {
+            if ( !active.hooks.has( hook ) )
+                continue;
+            const Profile::Effect effect( active.name );
+            action( *active.module );
+        }
+    }
+    //! Calls their hook.
+    void each( const char* phase_name, const Hook which,
                void ( Module<Dim>::*hook )( State<Dim>& ) )
     {
-        Profile::Phase phase( phase_name );
-        for ( auto& active : _scene.modules )
-        {
-            Profile::Effect effect( active.name );
-            ( active.module.get()->*hook )( _scene.state );
-        }
+        const Profile::Phase phase( phase_name );
+        withEach( which, [&]( Module<Dim>& module )
+                  { ( module.*hook )( _scene.state ); } );
     }
 
     //! Leavers are looked for again where a module has moved others.
@@ -471,8 +480,10 @@ class TimeLoop : public Simulation
         Profile::Phase phase( "particle boundaries" );
         auto& state = _scene.state;
         int seen = -1;
-        for ( auto& active : _scene.modules )
+        for ( const auto& active : _scene.modules )
         {
+            if ( !active.hooks.has( Hook::applyToParticles ) )
+                continue;
             if ( const int noted = state.noted.count(); noted != seen )
             {
                 findLeavers();
@@ -488,7 +499,7 @@ class TimeLoop : public Simulation
     {
         auto& state = _scene.state;
         const int n = state.particles.size();
-        each( "inject", &Module<Dim>::inject );
+        each( "inject", Hook::inject, &Module<Dim>::inject );
         noteFrom( n );
     }
 
@@ -497,11 +508,15 @@ class TimeLoop : public Simulation
     std::vector<double> limits()
     {
         Profile::Phase phase( "time step" );
-        std::vector<double> found;
-        for ( auto& active : _scene.modules )
+        std::vector<double> found( _scene.modules.size(),
+                                   std::numeric_limits<double>::infinity() );
+        for ( std::size_t k = 0; k < found.size(); ++k )
         {
+            const auto& active = _scene.modules[k];
+            if ( !active.hooks.has( Hook::limitTimeStep ) )
+                continue;
             Profile::Effect effect( active.name );
-            found.push_back( active.module->limitTimeStep( _scene.state ) );
+            found[k] = active.module->limitTimeStep( _scene.state );
         }
         found.push_back( _stable );
         return found;
@@ -606,7 +621,7 @@ class TimeLoop : public Simulation
             const auto x = state.particles.template slice<Position>();
             const int n = state.particles.size();
             const int share =
-                shareOf( countPacks( n ), ExecutionSpace().concurrency() ) *
+                shareOf( countPacks( n ), loopThreads(), few_packs ) *
                 lane_count;
             int first = 0;
             for ( int t = 1; t < state.seams.threads(); ++t )

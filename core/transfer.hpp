@@ -268,7 +268,7 @@ void forEachStencil( const char* label, const State<Dim>& state,
     // Blocks that a multiprocessor of a GPU is to hold (RangeOf), as measured:
     // a thread has 128 registers, and in 3D 168.
     forEachShare<Dim == 3 ? 3 : 4>(
-        label, countPacks( n ),
+        label, countPacks( n ), few_packs,
         Impl::GatherTurns<Basis, Dim, decltype( x ), Body, sizeof...( read )>{
             x,
             state.grid,
@@ -296,7 +296,7 @@ void forEachDeposit( const char* label, const State<Dim>& state,
 {
     const int n = state.particles.size();
     forEachShare<Blocks>(
-        label, countPacks( n ),
+        label, countPacks( n ), few_packs,
         Impl::DepositTurns<Ready, Basis, Dim, Sums, Act, Deposit>{
             state.grid, state.layout, n, sums, act, deposit } );
 }
@@ -402,9 +402,8 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
 template <int Columns>
 void divideByFirst( const char* label, const NodeView& sums )
 {
-    Kokkos::parallel_for(
-        label, Range( 0, sums.extent_int( 0 ) ),
-        MACHPOINT_LAMBDA( const int i ) {
+    forEach(
+        label, sums.extent_int( 0 ), MACHPOINT_LAMBDA( const int i ) {
             const Real whole = sums( i, 0 );
             for ( int k = 1; k < Columns; ++k )
                 sums( i, k ) = whole > 0 ? sums( i, k ) / whole : 0.0_rt;

@@ -12,6 +12,10 @@ namespace Machpoint
 namespace
 {
 
+//! Seconds from one look for the stop file to the next: file systems of
+//! clusters are slow, and steps can be fast.
+constexpr double look_every = 0.02;
+
 std::atomic<int> stop_signal{ 0 };
 std::atomic<bool> checkpoint_signal{ false };
 static_assert( std::atomic<int>::is_always_lock_free &&
@@ -81,9 +85,7 @@ Request Requests::next( const Simulation& simulation )
 
 Request Requests::own( const Simulation& simulation )
 {
-    std::error_code error;
-    if ( stop_signal ||
-         ( _ranks.isRoot() && std::filesystem::exists( _stop_file, error ) ) )
+    if ( stop_signal || ( _ranks.isRoot() && seesStopFile() ) )
         return Request::stop;
     const bool is_due =
         ( _every_steps && simulation.steps() % *_every_steps == 0 ) ||
@@ -92,6 +94,16 @@ Request Requests::own( const Simulation& simulation )
         ( _every_wall_seconds && _clock.seconds() >= *_every_wall_seconds );
     return checkpoint_signal.exchange( false ) || is_due ? Request::checkpoint
                                                          : Request::none;
+}
+
+bool Requests::seesStopFile()
+{
+    const double now = _since_start.seconds();
+    if ( now < _next_look )
+        return false;
+    _next_look = now + look_every;
+    std::error_code error;
+    return std::filesystem::exists( _stop_file, error );
 }
 
 void Requests::checkpointed()

@@ -54,6 +54,7 @@ class Requests
 
   private:
     Request own( const Simulation& simulation );
+    bool seesStopFile();
 
     const Communicator& _ranks;
     std::optional<std::int64_t> _every_steps;
@@ -61,8 +62,10 @@ class Requests
     std::optional<double> _every_wall_seconds;
     std::filesystem::path _stop_file;
     std::string _reason;
-    double _time = 0; // of the last step
-    Kokkos::Timer _clock;
+    double _time = 0;     // of the last step
+    Kokkos::Timer _clock; // since the last checkpoint
+    Kokkos::Timer _since_start;
+    double _next_look = 0; // for the stop file, s since the start
     void ( *_int )( int );
     void ( *_term )( int );
     void ( *_usr1 )( int );

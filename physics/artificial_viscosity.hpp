@@ -91,9 +91,8 @@ class ArtificialViscosity : public Module<Dim>
         const Real c1 = _linear;
         const Real c2 = _quadratic;
         const Real h = state.grid.minSpacing();
-        Kokkos::parallel_for(
-            "Machpoint::artificialViscosity",
-            Range( 0, state.particles.size() ),
+        forEach(
+            "Machpoint::artificialViscosity", state.particles.size(),
             MACHPOINT_LAMBDA( const int p ) {
                 Real D = 0;
                 for ( int d = 0; d < Dim; ++d )

@@ -103,8 +103,8 @@ class Gravity : public Module<Dim>
         const Real dt = state.dt;
         const auto force = _force.field();
         const auto g = _g;
-        Kokkos::parallel_for(
-            "Machpoint::gravity", Range( 0, state.layout.total ),
+        forEach(
+            "Machpoint::gravity", state.layout.total,
             MACHPOINT_LAMBDA( const int i ) {
                 const Real m = moments( i, 0 );
                 for ( int d = 0; d < Dim; ++d )

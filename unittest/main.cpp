@@ -3,6 +3,7 @@
   \brief The main function of every test executable: GoogleTest, with Kokkos
   alive while tests run.
 */
+#include <core/for_each.hpp>
 #include <core/kokkos_session.hpp>
 
 #include <gtest/gtest.h>
@@ -27,6 +28,7 @@ class KokkosEnvironment : public testing::Environment
 int main( int argc, char** argv )
 {
     testing::InitGoogleTest( &argc, argv );
+    Machpoint::sharesFewTurns() = true;
     // GoogleTest owns the environment and deletes it.
     testing::AddGlobalTestEnvironment( new KokkosEnvironment );
     return RUN_ALL_TESTS();

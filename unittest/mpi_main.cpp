@@ -4,6 +4,7 @@
   test; mpirun fails when any of them does.
 */
 #include <core/communicator.hpp>
+#include <core/for_each.hpp>
 #include <core/kokkos_session.hpp>
 
 #include <gtest/gtest.h>
@@ -13,5 +14,6 @@ int main( int argc, char** argv )
     const Machpoint::MpiSession mpi( argc, argv );
     const Machpoint::KokkosSession kokkos;
     testing::InitGoogleTest( &argc, argv );
+    Machpoint::sharesFewTurns() = true;
     return RUN_ALL_TESTS();
 }

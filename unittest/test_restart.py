@@ -29,7 +29,7 @@ ALARMING = re.compile(
     r"|Sanitizer|Segmentation|assert", re.IGNORECASE)
 
 # A stream around a body: particles enter, leave, are halved and merged. It takes
-# about two seconds.
+# a fraction of a second.
 SCENE = {
     "scene": "restart",
     "dimension": 2,

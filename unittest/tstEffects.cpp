@@ -3,8 +3,10 @@
 #include "scenes.hpp"
 
 #include <core/profile.hpp>
+#include <core/registry.hpp>
 #include <drivers/study_effects.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <set>
@@ -375,6 +377,56 @@ TEST_P( OptionalPart, costsNothingWhenOff )
         EXPECT_EQ( off.allocations.count( label ), 0u ) << label;
         EXPECT_GT( on.allocations.count( label ), 0u ) << label;
     }
+}
+
+//! Overrides one hook by its base, one by itself, and one that nobody can see.
+template <int Dim>
+class ListenerBase : public Module<Dim>
+{
+  public:
+    void gridWork( State<Dim>& ) override {}
+};
+template <int Dim>
+class Listener : public ListenerBase<Dim>
+{
+  public:
+    static constexpr const char* name = "listener";
+    static Parameters declare( const int dimension )
+    {
+        return Parameters( name, "has three hooks", dimension );
+    }
+    explicit Listener( const Json& ) {}
+    bool particleSource( State<Dim>& ) override { return false; }
+
+  private:
+    void inject( State<Dim>& ) override {}
+};
+
+TEST( Effects, noHookIsCalledThatAModuleDoesNotHave )
+{
+    constexpr auto hooks = hooksOf<2, Listener<2>>();
+    for ( const auto hook :
+          { Hook::gridWork, Hook::particleSource, Hook::inject } )
+        EXPECT_TRUE( hooks.has( hook ) );
+    for ( const auto hook :
+          { Hook::layOut, Hook::initialize, Hook::particleState,
+            Hook::limitTimeStep, Hook::mirrorParticles, Hook::keepDeposit,
+            Hook::gridForce, Hook::applyToGrid, Hook::applyToParticles } )
+        EXPECT_FALSE( hooks.has( hook ) );
+
+    registerPhysics<Listener>();
+    auto input = baseScene();
+    input["physics"].push_back( { { "type", "listener" } } );
+    const RestoredCallbacks restored;
+    Profile::start();
+    auto run = simulate( input );
+    advance( *run, 5 );
+    const auto& effects = Profile::effects();
+    const auto found = std::find_if( effects.begin(), effects.end(),
+                                     []( const ProfileEntry& effect )
+                                     { return effect.name == "listener"; } );
+    ASSERT_NE( found, effects.end() );
+    EXPECT_EQ( found->calls, 1 + 3 * 5 ); // made, and in every step
 }
 
 TEST( Effects, timeOfAnInnerPhaseIsItsOwn )

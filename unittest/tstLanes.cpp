@@ -1,10 +1,12 @@
 // Several particles at once: every operation that kernels use gives each
 // particle what it gives a single one.
+#include "few_turns.hpp"
 #include "tolerance.hpp"
 
 #include <core/node_sum.hpp>
 #include <core/particles.hpp>
 #include <core/power.hpp>
+#include <core/profile.hpp>
 
 #include <Cabana_Core.hpp>
 #include <gtest/gtest.h>
@@ -14,6 +16,7 @@
 #include <vector>
 
 using namespace Machpoint;
+using Test::FewTurnsUnshared;
 using Test::tolerance;
 
 namespace
@@ -230,16 +233,57 @@ IndexList::HostMirror turnsOf( const int count )
     return Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), taken );
 }
 
-// Fewer turns than threads, or a number that they cannot share evenly.
+// Fewer turns than threads, or as many as one takes, or one more, or a number
+// that they cannot share evenly.
 TEST( ForEach, takesEveryTurnOnce )
 {
-    for ( const int count : { 0, 1, 2, 3, 7, 1001 } )
+    for ( const int count : { 0, 1, 2, 3, 7, few_rows, few_rows + 1, 1001 } )
     {
         const auto taken = turnsOf( count );
         for ( int i = 0; i < count; ++i )
             EXPECT_EQ( taken( i ), 1 ) << "turn " << i << " of " << count;
         EXPECT_EQ( taken( count ), 0 );
     }
+}
+
+//! Notes on the host who was called for which turns.
+struct Calls
+{
+    IndexList first; // of each call, at the place of the call's last turn
+    void operator()( const int begin, const int end ) const
+    {
+        if ( end > begin )
+            first( end - 1 ) = begin;
+    }
+};
+
+// A second thread is called for more turns than `few`, and then for its share;
+// a profiler hears of a loop in either case.
+TEST( ForEach, leavesFewTurnsToOneThread )
+{
+    if constexpr ( runs_on_host )
+    {
+        const FewTurnsUnshared unshared;
+        Profile::start();
+        constexpr int few = 6;
+        for ( const int count : { few, 4 * few } )
+        {
+            const IndexList first( "first", count );
+            Kokkos::deep_copy( first, -1 );
+            const auto kernels = Profile::kernels();
+            forEachShare( "few", count, few, Calls{ first } );
+            EXPECT_EQ( Profile::kernels() - kernels, 1 );
+            const int threads = count > few ? loopThreads() : 1;
+            const int share = ( count + threads - 1 ) / threads;
+            for ( int i = 0; i < count; ++i )
+                EXPECT_EQ( first( i ), i == count - 1 || ( i + 1 ) % share == 0
+                                           ? i / share * share
+                                           : -1 )
+                    << "turn " << i << " of " << count;
+        }
+    }
+    else
+        GTEST_SKIP() << "a thread of a GPU takes one turn";
 }
 
 //! Largest and smallest y of all packs, and how many particles they have.

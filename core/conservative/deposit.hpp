@@ -160,8 +160,8 @@ void depositImages( const State<Dim>& state, const WorkingGas& working,
     const auto acting = sliceOfRates<WorkingPressure>( state );
     const auto grid = state.grid;
     const auto layout = state.layout;
-    Kokkos::parallel_for(
-        "Machpoint::depositImages", Range( 0, images.count ),
+    forEach(
+        "Machpoint::depositImages", images.count,
         MACHPOINT_LAMBDA( const int k ) {
             const int p = images.particle( k );
             const auto mirror = images.mirror( k );
@@ -177,7 +177,8 @@ void depositImages( const State<Dim>& state, const WorkingGas& working,
                 accessTo( sums.thread(), p, s, layout ), grid, layout, s, p,
                 load( m, p ), load( V, p ),
                 mirror.direction( get<Dim>( v, p ) ), affine, own );
-        } );
+        },
+        few_packs );
 }
 
 } // namespace Impl

@@ -46,8 +46,8 @@ Reused<std::int64_t>::list_type numberByParent( State<Dim>& state,
     const int n = parents.extent_int( 0 );
     const auto ids = memory.take( n );
     const auto id = state.particles.template slice<Id>();
-    Kokkos::parallel_for(
-        "Machpoint::parentIds", Range( 0, n ),
+    forEach(
+        "Machpoint::parentIds", n,
         MACHPOINT_LAMBDA( const int k ) { ids( k ) = id( parents( k ) ); } );
     const auto host =
         Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), ids );
@@ -170,8 +170,8 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto lengths = Cabana::slice<Stretch>( history.data() );
     const auto grid = state.grid;
     const auto moment_of = state.affine_moment;
-    Kokkos::parallel_for(
-        "Machpoint::splitParticles", Range( 0, count ),
+    forEach(
+        "Machpoint::splitParticles", count,
         MACHPOINT_LAMBDA( const int k ) {
             const int p = large( k );
             const int q = n + k;
@@ -233,7 +233,8 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                     }
                 }
             }
-        } );
+        },
+        few_packs );
 }
 
 //! A mark on every half-cell of a rank's box.
@@ -305,8 +306,8 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto tiny = noted.rows(
         n,
         MACHPOINT_LAMBDA( const int p ) { return V( p ) < 0.5_rt * largest; } );
-    Kokkos::parallel_for(
-        "Machpoint::markHalfCells", Range( 0, tiny.extent_int( 0 ) ),
+    forEach(
+        "Machpoint::markHalfCells", tiny.extent_int( 0 ),
         MACHPOINT_LAMBDA( const int k ) {
             marks( halfCell<Dim>( grid, box, get<Dim>( x, tiny( k ) ) ) ) = 1;
         } );
@@ -330,8 +331,8 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto rows = noted.rows( n, isCandidate );
     const int small = rows.extent_int( 0 );
     IndexList keys( "Machpoint::halfCells", small );
-    Kokkos::parallel_for(
-        "Machpoint::halfCellOfParticle", Range( 0, small ),
+    forEach(
+        "Machpoint::halfCellOfParticle", small,
         MACHPOINT_LAMBDA( const int k ) {
             const int p = rows( k );
             keys( k ) = halfCell<Dim>( grid, box, get<Dim>( x, p ) );
@@ -344,8 +345,8 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     IndexList ordered( "Machpoint::orderedParticles", small );
     RowList& merged = state.noted;
     merged.clear( n );
-    Kokkos::parallel_for(
-        "Machpoint::mergeParticles", Range( 0, small ),
+    forEach(
+        "Machpoint::mergeParticles", small,
         MACHPOINT_LAMBDA( const int begin ) {
             auto keyOf = [&]( const int i )
             { return keys( static_cast<int>( order.permutation( i ) ) ); };
@@ -470,7 +471,8 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 id( q ) = -1;
                 merged.note( q );
             }
-        } );
+        },
+        few_packs );
     state.particles.remove( merged.rows(
         n, MACHPOINT_LAMBDA( const int p ) { return id( p ) < 0; } ) );
 }
