@@ -165,7 +165,7 @@ class Inflow : public SideBoundary<Dim>
                 id( p ) = pattern.id( k );
                 stream.impose( p, v, L, m, V, e );
             },
-            few_packs );
+            few_particles );
         state.ledger.mass_in.add( mass, count );
     }
 

@@ -23,10 +23,15 @@ template <class Captured>
 using Own = std::conditional_t<runs_on_host, const Captured, const Captured&>;
 
 //! \name Turns that are not worth a second thread of a CPU
-//! To call it and to wait for it takes 1 us and more.
+//! To call it and to wait for it takes 1 us, and often 3.
 //! @{
-inline constexpr int few_rows = 256; //!< nodes, or rows of a list
-inline constexpr int few_packs = 64; //!< packs, or particles as a whole
+inline constexpr int few_rows = 512;     //!< nodes, or rows of a list
+inline constexpr int few_particles = 64; //!< each as a whole, or packs
+//! Packs that see their stencils, which take longer where these are larger.
+template <int Dim>
+inline constexpr int few_stencils = Dim == 1   ? 192
+                                    : Dim == 2 ? 64
+                                               : 16;
 //! @}
 
 //! Are these shared all the same? For tests, whose scenes are small.

@@ -131,10 +131,10 @@ struct OverPacks
 
 //! Calls body( p ) for the packs of n particles, in parallel: see forEach.
 template <class Body>
-void forEachPack( const char* label, const int n, const Body& body )
+void forEachPack( const char* label, const int n, const Body& body,
+                  const int few = few_particles )
 {
-    forEach( label, countPacks( n ), Impl::OverPacks<Body>{ body, n },
-             few_packs );
+    forEach( label, countPacks( n ), Impl::OverPacks<Body>{ body, n }, few );
 }
 
 //! values[k] in a loop behind MACHPOINT_KEEP_LOOP; on a GPU chosen, not

@@ -66,7 +66,7 @@ class Migration
             MACHPOINT_LAMBDA( const int k ) {
                 to( k ) = aosoa.getTuple( rows( leaving( k ) ) );
             },
-            few_packs );
+            few_particles );
     }
 
     //! Sends and receives; waits for both.
@@ -96,7 +96,7 @@ class Migration
             MACHPOINT_LAMBDA( const int k ) {
                 aosoa.setTuple( first + k, from( k ) );
             },
-            few_packs );
+            few_particles );
     }
 
     // Public only because nvcc wants the types of a device lambda to be

@@ -345,7 +345,7 @@ class NodeScatter
                         sum[k] += copy[k];
                 }
             },
-            few_packs );
+            few_particles );
     }
 
     //! Public because nvcc wants the parent function of a device lambda to be

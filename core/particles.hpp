@@ -187,7 +187,7 @@ void moveTuples( const AoSoA& aosoa, const IndexList& from, const IndexList& to,
         MACHPOINT_LAMBDA( const int k ) {
             aosoa.setTuple( to( k ), aosoa.getTuple( from( k ) ) );
         },
-        few_packs );
+        few_particles );
 }
 
 //! Rows first to first + count - 1. \param memory of the list
@@ -225,7 +225,7 @@ void putTuples( const AoSoA& aosoa, const std::size_t first,
         MACHPOINT_LAMBDA( const int k ) {
             aosoa.setTuple( first + k, block.getTuple( k ) );
         },
-        few_packs );
+        few_particles );
     Kokkos::fence( "Machpoint::putParticles" ); // before the host's change
 }
 
@@ -248,7 +248,7 @@ void copyInOrder( const ParticleBins& bins, const From& from, const To& to )
         MACHPOINT_LAMBDA( const int k ) {
             to.setTuple( k, from.getTuple( bins.permutation( k ) ) );
         },
-        few_packs );
+        few_particles );
 }
 
 //! Reorders particles. \param spare takes the old order

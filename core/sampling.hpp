@@ -126,7 +126,7 @@ void sampleParticles( const State<Dim>& state, const Sums& sums )
                                  nodes( i.row, 4 + d ) += mw * v( p, d );
                          } );
         },
-        few_packs );
+        few_particles );
 }
 
 /*!

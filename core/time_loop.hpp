@@ -621,7 +621,7 @@ class TimeLoop : public Simulation
             const auto x = state.particles.template slice<Position>();
             const int n = state.particles.size();
             const int share =
-                shareOf( countPacks( n ), loopThreads(), few_packs ) *
+                shareOf( countPacks( n ), loopThreads(), few_stencils<Dim> ) *
                 lane_count;
             int first = 0;
             for ( int t = 1; t < state.seams.threads(); ++t )

@@ -268,7 +268,7 @@ void forEachStencil( const char* label, const State<Dim>& state,
     // Blocks that a multiprocessor of a GPU is to hold (RangeOf), as measured:
     // a thread has 128 registers, and in 3D 168.
     forEachShare<Dim == 3 ? 3 : 4>(
-        label, countPacks( n ), few_packs,
+        label, countPacks( n ), few_stencils<Dim>,
         Impl::GatherTurns<Basis, Dim, decltype( x ), Body, sizeof...( read )>{
             x,
             state.grid,
@@ -296,7 +296,7 @@ void forEachDeposit( const char* label, const State<Dim>& state,
 {
     const int n = state.particles.size();
     forEachShare<Blocks>(
-        label, countPacks( n ), few_packs,
+        label, countPacks( n ), few_stencils<Dim>,
         Impl::DepositTurns<Ready, Basis, Dim, Sums, Act, Deposit>{
             state.grid, state.layout, n, sums, act, deposit } );
 }

@@ -178,7 +178,7 @@ void depositImages( const State<Dim>& state, const WorkingGas& working,
                 load( m, p ), load( V, p ),
                 mirror.direction( get<Dim>( v, p ) ), affine, own );
         },
-        few_packs );
+        few_particles );
 }
 
 } // namespace Impl

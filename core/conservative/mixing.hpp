@@ -323,7 +323,8 @@ void depositHeat( const State<Dim>& state, const Share& share,
             terms.value[1] = terms.value[0] * load( e, p );
             addProducts( accessTo( sums.thread(), p, s, layout ), p, s, layout,
                          s.w, terms );
-        } );
+        },
+        few_stencils<Dim> );
 }
 
 /*!
@@ -371,7 +372,8 @@ void mixHeat( const State<Dim>& state, const Real strength, NodeSum& heat )
                                  Lanes( i.weight * ( mean - own ) ), zero );
                          } );
             store( e, choose( zero < part, own + part * change, own ), p );
-        } );
+        },
+        few_stencils<Dim> );
 }
 
 } // namespace Impl

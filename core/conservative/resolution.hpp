@@ -234,7 +234,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 }
             }
         },
-        few_packs );
+        few_particles );
 }
 
 //! A mark on every half-cell of a rank's box.
@@ -472,7 +472,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 merged.note( q );
             }
         },
-        few_packs );
+        few_particles );
     state.particles.remove( merged.rows(
         n, MACHPOINT_LAMBDA( const int p ) { return id( p ) < 0; } ) );
 }
