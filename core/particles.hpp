@@ -31,7 +31,7 @@ namespace Machpoint
   memory: the processor fetches ahead by itself what is read in a row, and a
   kernel that takes some of the members would else have half of the bandwidth.
   A register's where a particle has more than 12 numbers, as in 3D, where more
-  take 2 % longer, and on Zens, where nobody has measured them; on a GPU
+  take 2 % longer, and on Zens, where longer ones gain nothing; on a GPU
   Cabana's.
 */
 template <class Members, class Space>
