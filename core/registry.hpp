@@ -16,21 +16,28 @@
 namespace Machpoint
 {
 
-//! Hooks of Module that the time loop calls with the state.
+//! Hooks of Module that the time loop calls with the state. One that is not in
+//! this list is never called.
+#define MACHPOINT_HOOKS( APPLY )                                               \
+    APPLY( layOut )                                                            \
+    APPLY( initialize )                                                        \
+    APPLY( particleState )                                                     \
+    APPLY( limitTimeStep )                                                     \
+    APPLY( mirrorParticles )                                                   \
+    APPLY( keepDeposit )                                                       \
+    APPLY( gridForce )                                                         \
+    APPLY( applyToGrid )                                                       \
+    APPLY( gridWork )                                                          \
+    APPLY( particleSource )                                                    \
+    APPLY( applyToParticles )                                                  \
+    APPLY( inject )
+
+//! Their names.
 enum class Hook : unsigned
 {
-    layOut,
-    initialize,
-    particleState,
-    limitTimeStep,
-    mirrorParticles,
-    keepDeposit,
-    gridForce,
-    applyToGrid,
-    gridWork,
-    particleSource,
-    applyToParticles,
-    inject
+#define MACHPOINT_NAME( hook ) hook,
+    MACHPOINT_HOOKS( MACHPOINT_NAME )
+#undef MACHPOINT_NAME
 };
 
 //! Those that a module type overrides: no others are called.
@@ -62,18 +69,7 @@ constexpr Hooks hooksOf()
                            decltype( &Module<Dim>::hook )>;                    \
                    } )                                                         \
         own.add( Hook::hook );
-    MACHPOINT_ADD_IF_OVERRIDDEN( layOut )
-    MACHPOINT_ADD_IF_OVERRIDDEN( initialize )
-    MACHPOINT_ADD_IF_OVERRIDDEN( particleState )
-    MACHPOINT_ADD_IF_OVERRIDDEN( limitTimeStep )
-    MACHPOINT_ADD_IF_OVERRIDDEN( mirrorParticles )
-    MACHPOINT_ADD_IF_OVERRIDDEN( keepDeposit )
-    MACHPOINT_ADD_IF_OVERRIDDEN( gridForce )
-    MACHPOINT_ADD_IF_OVERRIDDEN( applyToGrid )
-    MACHPOINT_ADD_IF_OVERRIDDEN( gridWork )
-    MACHPOINT_ADD_IF_OVERRIDDEN( particleSource )
-    MACHPOINT_ADD_IF_OVERRIDDEN( applyToParticles )
-    MACHPOINT_ADD_IF_OVERRIDDEN( inject )
+    MACHPOINT_HOOKS( MACHPOINT_ADD_IF_OVERRIDDEN )
 #undef MACHPOINT_ADD_IF_OVERRIDDEN
     return own;
 }
