@@ -117,11 +117,10 @@ class Inflow : public SideBoundary<Dim>
                                this->_part,
                                first };
         const auto entering = _entering.take( candidates );
-        int count = 0;
         const double after = _advanced;
         const auto box = state.layout.box;
-        Kokkos::parallel_scan(
-            "Machpoint::findEntering", Range( 0, candidates ),
+        const int count = scanEach(
+            "Machpoint::findEntering", candidates, few_particles,
             MACHPOINT_LAMBDA( const int k, int& n, const bool final ) {
                 const double depth = pattern.depth( k );
                 if ( depth < before || depth >= after ||
@@ -132,8 +131,7 @@ class Inflow : public SideBoundary<Dim>
                 if ( final )
                     entering( n ) = k;
                 ++n;
-            },
-            count );
+            } );
         if ( count == 0 )
             return;
 

@@ -121,9 +121,8 @@ class Obstacle : public Module<Dim>
         images.reserve( near );
         _first_image = images.count;
         const auto list = images;
-        int added = 0;
-        Kokkos::parallel_scan(
-            "Machpoint::mirrorParticles", Range( 0, near ),
+        images.count += scanEach(
+            "Machpoint::mirrorParticles", near, few_particles,
             MACHPOINT_LAMBDA( const int i, int& k, const bool final ) {
                 const int p = rows( i );
                 const auto y = get<Dim>( x, p );
@@ -143,9 +142,7 @@ class Obstacle : public Module<Dim>
                     list.mirrors( row, Dim ) = mirror.distance;
                 }
                 ++k;
-            },
-            added );
-        images.count += added;
+            } );
         _last_image = images.count;
     }
 
@@ -162,9 +159,8 @@ class Obstacle : public Module<Dim>
         const int first = velocity.first;
         const bool bilateral = _bilateral;
         Impulse impulse;
-        Kokkos::parallel_reduce(
-            "Machpoint::obstacle",
-            Range( 0, static_cast<int>( nodes.extent( 0 ) ) ),
+        reduceEach(
+            "Machpoint::obstacle", nodes.extent_int( 0 ), few_particles,
             MACHPOINT_LAMBDA( const int k, Impulse& sum ) {
                 const int row = nodes( k );
                 const auto i = layout.indices( row );
@@ -207,8 +203,8 @@ class Obstacle : public Module<Dim>
         const auto rows = _near;
         const Real cell_volume = state.grid.cellVolume();
         ReproducibleSum force, volume;
-        Kokkos::parallel_reduce(
-            "Machpoint::pushOut", Range( 0, rows.extent_int( 0 ) ),
+        reduceEach(
+            "Machpoint::pushOut", rows.extent_int( 0 ), few_particles,
             MACHPOINT_LAMBDA( const int k, ReproducibleSum& pV,
                               ReproducibleSum& sum ) {
                 const int p = rows( k );
@@ -291,11 +287,12 @@ class Obstacle : public Module<Dim>
     void sumImpulses( const State<Dim>& state )
     {
         const auto impulses = state.images.impulses;
-        Kokkos::parallel_reduce(
-            "Machpoint::imageImpulse", Range( _first_image, _last_image ),
+        const int first = _first_image;
+        reduceEach(
+            "Machpoint::imageImpulse", _last_image - first, few_particles,
             MACHPOINT_LAMBDA( const int k, Impulse& sum ) {
                 for ( int d = 0; d < Dim; ++d )
-                    sum.value[d] += impulses( k, d );
+                    sum.value[d] += impulses( first + k, d );
             },
             _impulse );
     }

@@ -23,8 +23,8 @@ void markBeyond( State<Dim>& state, const SidePart<Dim>& part )
     const auto grid = state.grid;
     ReproducibleSum mass;
     const auto rows = state.leavers;
-    Kokkos::parallel_reduce(
-        "Machpoint::outflow", Range( 0, rows.extent_int( 0 ) ),
+    reduceEach(
+        "Machpoint::outflow", rows.extent_int( 0 ), few_particles,
         MACHPOINT_LAMBDA( const int k, ReproducibleSum& mass_sum ) {
             const int p = rows( k );
             const auto y = get<Dim>( x, p );

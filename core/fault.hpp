@@ -73,8 +73,8 @@ Fault findFault( const State<Dim>& state )
     const auto spacing = state.grid.spacing;
     const Real least = state.least_energy;
     Fault fault;
-    Kokkos::parallel_reduce(
-        "Machpoint::findFault", Range( 0, state.particles.size() ),
+    reduceEach(
+        "Machpoint::findFault", state.particles.size(), few_particles,
         MACHPOINT_LAMBDA( const int p, Fault& worst ) {
             Vector<Dim> moved{};
             for ( int d = 0; d < Dim; ++d )

@@ -7,12 +7,15 @@
   computed in every turn, as the compiler cannot know that no turn writes to it.
   Here a thread's turns are one call, which works with copies that nobody else
   knows; MACHPOINT_INLINE behind a kernel's parameters makes it a part of the
-  loop. A loop that is too short to be shared is a call by the host itself.
+  loop. A loop, a sum or a scan that is too short to be shared is a call by the
+  host itself.
 */
 #ifndef MACHPOINT_FOR_EACH_HPP
 #define MACHPOINT_FOR_EACH_HPP
 
 #include <core/types.hpp>
+
+#include <tuple>
 
 namespace Machpoint
 {
@@ -103,21 +106,53 @@ struct Turns
     }
 };
 
-//! All turns of a kernel, by the host itself; profilers are told as of any
-//! other.
-template <class Turns>
-void runHere( const char* label, const int count, const Turns& turns )
+//! A kernel that the host runs itself; profilers are told as of any other.
+//! \param begin,end Kokkos' functions that tell them
+template <class Begin, class End, class Kernel>
+void runHere( const char* label, Begin* begin, End* end, const Kernel& kernel )
 {
     static const std::uint32_t device =
         Kokkos::Tools::Experimental::device_id( ExecutionSpace() );
     const bool is_told = Kokkos::Tools::profileLibraryLoaded();
     std::uint64_t id = 0;
     if ( is_told )
-        Kokkos::Tools::beginParallelFor( label, device, &id );
-    take( turns, 0, count );
+        begin( label, device, &id );
+    kernel();
     if ( is_told )
-        Kokkos::Tools::endParallelFor( id );
+        end( id );
 }
+
+//! Are all turns of a loop the host's own?
+inline bool runsHere( const int count, const int few )
+{
+    return runs_on_host && shareOf( count, loopThreads(), few ) == count;
+}
+
+//! \name What a reduction begins with, and where it leaves what it found
+//! \tparam Result a number or struct with +=, or a reducer of Kokkos
+//! @{
+template <class Result>
+auto neutralOf( const Result& result )
+{
+    if constexpr ( Kokkos::is_reducer<Result>::value )
+    {
+        typename Result::value_type value;
+        result.init( value );
+        return value;
+    }
+    else
+        return Result{};
+}
+
+template <class Result, class Value>
+void assignTo( Result& result, const Value& value )
+{
+    if constexpr ( Kokkos::is_reducer<Result>::value )
+        result.reference() = value;
+    else
+        result = value;
+}
+//! @}
 } // namespace Impl
 
 /*!
@@ -135,7 +170,9 @@ void forEachShare( const char* label, const int count,
         const int threads = loopThreads();
         const int share = shareOf( count, threads, few );
         if ( share == count )
-            return Impl::runHere( label, count, turns );
+            return Impl::runHere( label, &Kokkos::Tools::beginParallelFor,
+                                  &Kokkos::Tools::endParallelFor,
+                                  [&] { Impl::take( turns, 0, count ); } );
         Kokkos::parallel_for( label, RangeOf<Blocks>( 0, threads ),
                               Impl::Shares<Turns>{ turns, count, share } );
     }
@@ -150,6 +187,63 @@ void forEach( const char* label, const int count, const Body& body,
               const int few = few_rows )
 {
     forEachShare( label, count, few, Impl::Turns<Body>{ body } );
+}
+
+/*!
+  \brief Calls body( i, results... ) for i from 0 to count - 1, in parallel;
+  each thread has results of its own, which are then joined. Waits for it.
+  \param few see above
+  \param[out] results one struct with +=, or some numbers, which are added up,
+  or reducers of Kokkos
+*/
+template <class Body, class... Results>
+void reduceEach( const char* label, const int count, const int few,
+                 const Body& body, Results&&... results )
+{
+    if ( !Impl::runsHere( count, few ) )
+        return Kokkos::parallel_reduce( label, Range( 0, count ), body,
+                                        results... );
+    if constexpr ( runs_on_host )
+        Impl::runHere( label, &Kokkos::Tools::beginParallelReduce,
+                       &Kokkos::Tools::endParallelReduce,
+                       [&]
+                       {
+                           auto found =
+                               std::make_tuple( Impl::neutralOf( results )... );
+                           std::apply(
+                               [&]( auto&... values )
+                               {
+                                   for ( int i = 0; i < count; ++i )
+                                       body( i, values... );
+                                   ( Impl::assignTo( results, values ), ... );
+                               },
+                               found );
+                       } );
+}
+
+/*!
+  \brief Calls body( i, k, true ) for i from 0 to count - 1, in parallel, where
+  k is what the turns before i have added to it. A loop that is shared first
+  asks each turn, with false instead of true, what it will add. Waits for it.
+  \param few see above
+  \return what all turns added
+*/
+template <class Body>
+int scanEach( const char* label, const int count, const int few,
+              const Body& body )
+{
+    int sum = 0;
+    if ( !Impl::runsHere( count, few ) )
+        Kokkos::parallel_scan( label, Range( 0, count ), body, sum );
+    else if constexpr ( runs_on_host )
+        Impl::runHere( label, &Kokkos::Tools::beginParallelScan,
+                       &Kokkos::Tools::endParallelScan,
+                       [&]
+                       {
+                           for ( int i = 0; i < count; ++i )
+                               body( i, sum, true );
+                       } );
+    return sum;
 }
 
 } // namespace Machpoint

@@ -23,10 +23,9 @@ template <int Dim, class Predicate>
 IndexList listNodes( const std::string& label, const NodeLayout<Dim>& layout,
                      const Predicate& chosen )
 {
-    int count = 0;
     IndexList rows( label, layout.total );
-    Kokkos::parallel_scan(
-        "Machpoint::listNodes", Range( 0, layout.total ),
+    const int count = scanEach(
+        "Machpoint::listNodes", layout.total, few_rows,
         MACHPOINT_LAMBDA( const int row, int& n, const bool final ) {
             const auto i = layout.home( layout.indices( row ) );
             if ( !chosen( layout.position( i ) ) )
@@ -34,8 +33,7 @@ IndexList listNodes( const std::string& label, const NodeLayout<Dim>& layout,
             if ( final )
                 rows( n ) = row;
             ++n;
-        },
-        count );
+        } );
     IndexList list( label, count );
     Kokkos::deep_copy( list,
                        Kokkos::subview( rows, Kokkos::make_pair( 0, count ) ) );

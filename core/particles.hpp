@@ -965,8 +965,8 @@ class Particles
         const IndexList targets( "Machpoint::targetRanks", count );
         const auto target_of = strays( comm, rank_of );
         int sent = 0;
-        Kokkos::parallel_reduce(
-            "Machpoint::targetRanks", Range( 0, count ),
+        reduceEach(
+            "Machpoint::targetRanks", count, few_rows,
             MACHPOINT_LAMBDA( const int k, int& sum ) {
                 targets( k ) = target_of.target( rows( k ) );
                 sum += targets( k ) < 0 ? 0 : 1;

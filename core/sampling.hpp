@@ -44,8 +44,8 @@ Totals sumParticles( const State<Dim>& state )
     const auto grid = state.grid;
     const auto moment = state.affine_moment;
     TotalsSum sums;
-    Kokkos::parallel_reduce(
-        "Machpoint::sumParticles", Range( 0, state.particles.size() ),
+    reduceEach(
+        "Machpoint::sumParticles", state.particles.size(), few_particles,
         MACHPOINT_LAMBDA( const int p, TotalsSum& sum ) {
             const Real mass = m( p );
             sum.mass += mass;

@@ -709,8 +709,8 @@ class TimeLoop : public Simulation
     {
         const int n = cells.extent_int( 0 );
         int descents = 0;
-        Kokkos::parallel_reduce(
-            "Machpoint::descents", Range( 0, n ),
+        reduceEach(
+            "Machpoint::descents", n, few_rows,
             MACHPOINT_LAMBDA( const int k, int& sum ) {
                 if ( k + 1 < n )
                     sum += cells( k + 1 ) < cells( k ) ? 1 : 0;
@@ -725,8 +725,8 @@ class TimeLoop : public Simulation
     static int mostInCell( const ParticleBins& bins )
     {
         int most = 0;
-        Kokkos::parallel_reduce(
-            "Machpoint::mostInCell", Range( 0, bins.numBin() ),
+        reduceEach(
+            "Machpoint::mostInCell", bins.numBin(), few_rows,
             MACHPOINT_LAMBDA( const int c, int& max ) {
                 max = Kokkos::max( max, bins.binSize( c ) );
             },

@@ -123,8 +123,8 @@ class ArtificialViscosity : public Module<Dim>
         const Real c2 = _quadratic;
         const Real h = state.grid.minSpacing();
         Real fastest = 0;
-        Kokkos::parallel_reduce(
-            "Machpoint::limitViscosity", Range( 0, state.particles.size() ),
+        reduceEach(
+            "Machpoint::limitViscosity", state.particles.size(), few_rows,
             MACHPOINT_LAMBDA( const int p, Real& max ) {
                 Real D = 0;
                 for ( int d = 0; d < Dim; ++d )

@@ -45,8 +45,9 @@ GasSurvey evaluateGas( const State<Dim>& state, const bool surveys,
     // Lanes are joined after some packs, as that takes longer than a pack.
     constexpr int block = lane_count > 1 ? 32 : 1;
     GasSurvey survey;
-    Kokkos::parallel_reduce(
-        "Machpoint::evaluateGas", Range( 0, ( count + block - 1 ) / block ),
+    reduceEach(
+        "Machpoint::evaluateGas", ( count + block - 1 ) / block,
+        few_particles / block,
         MACHPOINT_LAMBDA( const int b, GasSurvey& sum ) {
             LaneSurvey seen;
             const int end = Kokkos::min( ( b + 1 ) * block, count );

@@ -124,8 +124,8 @@ class Gravity : public Module<Dim>
         const auto weights = state.halo.weights();
         const Real dt = state.dt;
         ReproducibleSum work;
-        Kokkos::parallel_reduce(
-            "Machpoint::gravityWork", Range( 0, layout.total ),
+        reduceEach(
+            "Machpoint::gravityWork", layout.total, few_particles,
             MACHPOINT_LAMBDA( const int row, ReproducibleSum& sum ) {
                 const Real share = weights( layout.indices( row ) );
                 if ( share == 0 )

@@ -286,6 +286,83 @@ TEST( ForEach, leavesFewTurnsToOneThread )
         GTEST_SKIP() << "a thread of a GPU takes one turn";
 }
 
+//! A sum in two parts.
+struct TwoSums
+{
+    int ones = 0, turns = 0;
+    KOKKOS_INLINE_FUNCTION TwoSums& operator+=( const TwoSums& other )
+    {
+        ones += other.ones;
+        turns += other.turns;
+        return *this;
+    }
+};
+
+//! What reductions into a struct and into two reducers find in i % 7 - 3 of all
+//! turns i; a profiler hears of each once.
+void expectReduction( const int count )
+{
+    TwoSums sums{ 99, 99 };
+    int least = 99, most = 99;
+    const auto kernels = Profile::kernels();
+    reduceEach(
+        "sum", count, few_rows,
+        KOKKOS_LAMBDA( const int i, TwoSums& sum ) {
+            sum += TwoSums{ i % 7 == 4 ? 1 : 0, 1 };
+        },
+        sums );
+    reduceEach(
+        "extremes", count, few_rows,
+        KOKKOS_LAMBDA( const int i, int& min, int& max ) {
+            min = Kokkos::min( min, i % 7 - 3 );
+            max = Kokkos::max( max, i % 7 - 3 );
+        },
+        Kokkos::Min<int>( least ), Kokkos::Max<int>( most ) );
+    EXPECT_EQ( Profile::kernels() - kernels, 2 );
+    EXPECT_EQ( sums.turns, count );
+    EXPECT_EQ( sums.ones, ( count + 2 ) / 7 );
+    EXPECT_EQ( least, count > 0 ? -3 : Kokkos::reduction_identity<int>::min() );
+    EXPECT_EQ( most, count > 0 ? Kokkos::min( count - 1, 6 ) - 3
+                               : Kokkos::reduction_identity<int>::max() );
+}
+
+//! Every third turn listed by a scan.
+void expectScan( const int count )
+{
+    const IndexList thirds( "thirds", count + 1 );
+    const int found = scanEach(
+        "scan", count, few_rows,
+        KOKKOS_LAMBDA( const int i, int& k, const bool final ) {
+            if ( i % 3 != 0 )
+                return;
+            if ( final )
+                thirds( k ) = i;
+            ++k;
+        } );
+    ASSERT_EQ( found, ( count + 2 ) / 3 );
+    const auto host =
+        Kokkos::create_mirror_view_and_copy( Kokkos::HostSpace(), thirds );
+    for ( int k = 0; k < found; ++k )
+        EXPECT_EQ( host( k ), 3 * k );
+}
+
+// Short ones, which the host runs, longer ones, and short ones that are shared.
+TEST( ForEach, reducesAndScansAsOneThreadDoes )
+{
+    Profile::start();
+    const auto expectAll = []
+    {
+        for ( const int count : { 0, 1, 2, 20, few_rows, few_rows + 1, 5001 } )
+        {
+            expectReduction( count );
+            expectScan( count );
+        }
+    };
+    expectAll();
+    const FewTurnsUnshared unshared;
+    expectAll();
+}
+
 //! Largest and smallest y of all packs, and how many particles they have.
 Kokkos::Array<Real, 3> extremes()
 {

@@ -416,8 +416,8 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
     const auto images = state.images;
     const Real dt = state.dt;
     ReproducibleSum given;
-    Kokkos::parallel_reduce(
-        "Machpoint::workOfImages", Range( 0, images.count ),
+    reduceEach(
+        "Machpoint::workOfImages", images.count, few_stencils<Dim>,
         MACHPOINT_LAMBDA( const int k, ReproducibleSum& sum ) {
             const int p = images.particle( k );
             const auto mirror = images.mirror( k );

@@ -48,8 +48,8 @@ double stableTimeStep( const State<Dim>& state,
     for ( int a = 1; a < Dim; ++a )
         factor *= Basis::mean_square;
     Real stiffness = 0;
-    Kokkos::parallel_reduce(
-        "Machpoint::stableTimeStep", Range( 0, layout.total ),
+    reduceEach(
+        "Machpoint::stableTimeStep", layout.total, few_rows,
         MACHPOINT_LAMBDA( const int i, Real& most ) {
             Real sum = 0;
             for ( int a = 0; a < Dim; ++a )
