@@ -63,10 +63,12 @@ class Recycle : public Module<Dim>
         const int axis = _side / 2;
         const bool enters_low = _side % 2 == 1;
         const auto rows = state.leavers;
+        const auto recycled = _recycled.take( rows.extent_int( 0 ) );
         forEach(
             "Machpoint::recycle", rows.extent_int( 0 ),
             MACHPOINT_LAMBDA( const int k ) {
                 const int p = rows( k );
+                recycled( k ) = -1;
                 if ( x( p, axis ) >= grid.lower[axis] &&
                      x( p, axis ) < grid.upper[axis] )
                     return;
@@ -83,12 +85,15 @@ class Recycle : public Module<Dim>
                                     : grid.lower[d] + draw * length;
                 }
                 stream.impose( p, v, L, m, V, e );
+                recycled( k ) = p;
             } );
+        state.particles.forget( recycled );
     }
 
   private:
     int _side;
     Stream<Dim> _stream;
+    Reused<int> _recycled{ "Machpoint::recycled" };
 };
 
 } // namespace Machpoint

@@ -1,7 +1,7 @@
 /*!
   \file walls.hpp
   \brief Slip and no-slip walls: the grid mirrors the gas (core/halo.hpp); a
-  particle that a long step carried beyond is reflected.
+  particle that a long step carried beyond is reflected, its affine field, too.
 */
 #ifndef MACHPOINT_WALLS_HPP
 #define MACHPOINT_WALLS_HPP
@@ -41,6 +41,7 @@ class Wall : public SideBoundary<Dim>
     {
         const auto x = state.particles.template slice<Position>();
         const auto v = state.particles.template slice<Velocity>();
+        const auto C = state.particles.template slice<VelocityGradient>();
         const auto part = this->_part;
         const auto grid = state.grid;
         const int axis = part.axis();
@@ -60,6 +61,12 @@ class Wall : public SideBoundary<Dim>
                 {
                     x( p, axis ) += part.upper() ? 2 * depth : -2 * depth;
                     v( p, axis ) = -v( p, axis );
+                    for ( int d = 0; d < Dim; ++d )
+                        if ( d != axis )
+                        {
+                            C( p, axis, d ) = -C( p, axis, d );
+                            C( p, d, axis ) = -C( p, d, axis );
+                        }
                 }
                 // A position on the upper side would have no cell.
                 x( p, axis ) = Kokkos::clamp( x( p, axis ), lower, inside );

@@ -16,14 +16,17 @@ namespace Machpoint
 //! A number that kernels change.
 using SharedNumber = Kokkos::View<int, MemorySpace>;
 
-//! What kernels left in it. Waits for them once; without the space Kokkos waits
-//! for all spaces, and twice. (A CPU's kernels are done when they return.)
+//! What kernels left in it. Waits for them: for those of this space, where
+//! Kokkos would, unasked, wait for all spaces, and twice. (A CPU's are done
+//! when they return.)
 inline int fetch( const SharedNumber& number )
 {
     if constexpr ( runs_on_host )
         return number();
+    const ExecutionSpace space;
     int value = 0;
-    Kokkos::deep_copy( ExecutionSpace(), value, number );
+    Kokkos::deep_copy( space, value, number );
+    space.fence( "Machpoint::fetch" );
     return value;
 }
 
@@ -111,7 +114,10 @@ IndexList collect( const char* label, const int begin, const int end,
         } );
     const auto list =
         Kokkos::subview( rows, Kokkos::make_pair( 0, fetch( count ) ) );
-    return Impl::sortRows( list, Kokkos::create_mirror_view( list ) );
+    const auto sorted =
+        Impl::sortRows( list, Kokkos::create_mirror_view( list ) );
+    ExecutionSpace().fence( "Machpoint::collect" ); // the mirror goes
+    return sorted;
 }
 
 /*!

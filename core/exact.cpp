@@ -425,19 +425,25 @@ GasState NohSolution::state( const Vector3& x, double t ) const
 //---------------------------------------------------------------------------//
 ExactSolution::~ExactSolution() = default;
 
-GasLaw gasLaw( const Json& input )
+std::optional<GasLaw> findGasLaw( const Json& input )
 {
     for ( const Json& effect : input.at( "physics" ) )
     {
         if ( effect.at( "type" ) == "ideal_gas" )
-            return { effect.at( "gamma" ).get<double>(), 0 };
+            return GasLaw{ effect.at( "gamma" ).get<double>(), 0 };
         if ( effect.at( "type" ) == "stiffened_gas" )
-            return { effect.at( "gamma" ).get<double>(),
-                     effect.at( "reference_pressure" ).get<double>() };
+            return GasLaw{ effect.at( "gamma" ).get<double>(),
+                           effect.at( "reference_pressure" ).get<double>() };
     }
-    throw std::invalid_argument( "/exact: needs an entry of type "
-                                 "\"ideal_gas\" or \"stiffened_gas\" in "
-                                 "/physics" );
+    return {};
+}
+
+GasLaw gasLaw( const Json& input )
+{
+    if ( const auto law = findGasLaw( input ) )
+        return *law;
+    throw std::invalid_argument( "needs an entry of type \"ideal_gas\" or "
+                                 "\"stiffened_gas\" in /physics" );
 }
 
 namespace
@@ -791,6 +797,8 @@ std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
 
     try
     {
+        // The energy of any of them is compared.
+        const GasLaw law = gasLaw( resolved_input );
         if ( type == "acoustic_wave" )
             return std::make_unique<AcousticWaveExact>( resolved_input );
         if ( type == "isentropic_vortex" )
@@ -800,8 +808,7 @@ std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
         if ( type == "noh" )
             return std::make_unique<NohExact>( resolved_input );
         if ( type == "riemann" )
-            return std::make_unique<RiemannExact>( initial( "riemann" ),
-                                                   gasLaw( resolved_input ) );
+            return std::make_unique<RiemannExact>( initial( "riemann" ), law );
         if ( type == "uniform" )
             return std::make_unique<UniformExact>(
                 toGasState( initial( "uniform" ) ) );
@@ -810,8 +817,7 @@ std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
                 initial( "hydrostatic" ) );
         if ( type == "piston_shock" )
             return std::make_unique<PistonExact>(
-                exact, toGasState( initial( "uniform" ) ),
-                gasLaw( resolved_input ) );
+                exact, toGasState( initial( "uniform" ) ), law );
     }
     catch ( const std::invalid_argument& error )
     {

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace Machpoint
@@ -135,8 +136,11 @@ struct GasLaw
     double pressure_offset;
 };
 
-//! The law of the equation of state in `physics` of a resolved input.
-//! \throws std::invalid_argument if there is none
+//! The law of the equation of state in `physics` of a resolved input; none
+//! where that is neither ideal_gas nor stiffened_gas.
+std::optional<GasLaw> findGasLaw( const Json& resolved_input );
+
+//! The same where it has to be known. \throws std::invalid_argument
 GasLaw gasLaw( const Json& resolved_input );
 
 /*!
@@ -302,7 +306,7 @@ class ExactSolution
   \param resolved_input A whole input, checked, with its defaults filled in.
   \return Null if the input has no `exact`.
   \throws std::invalid_argument naming the place where the input lacks what its
-  `exact` needs, or has no such solution.
+  `exact` needs, a gas whose law is known among it, or has no such solution.
 */
 std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input );
 

@@ -22,6 +22,9 @@ namespace Machpoint
   entry of the input, or null where the scene lacks it. The module answers why
   the scene cannot feel it, or why its absence will be felt, with a remedy; or
   nothing.
+
+  Of a gas whose law is not known here (findGasLaw) the start is not looked at:
+  speed, disturbance and shock are those below.
 */
 struct FlowFacts
 {

@@ -35,7 +35,7 @@ std::unique_ptr<InitialState> makeInitialState( const Json& json,
 template <int Dim>
 InitialGas<Dim>::InitialGas( const Json& input )
 {
-    const SceneFacts facts{ Dim, gasLaw( input ) };
+    const SceneFacts facts{ Dim, input };
     for ( const auto& json : input.at( "initial" ) )
     {
         Entry entry;

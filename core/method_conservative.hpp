@@ -17,6 +17,7 @@
 #include <core/conservative/pressure.hpp>
 #include <core/conservative/resolution.hpp>
 #include <core/conservative/stability.hpp>
+#include <core/image_weight.hpp>
 #include <core/method_defaults.hpp>
 #include <core/profile.hpp>
 
@@ -196,6 +197,7 @@ struct Conservative : MethodDefaults
                 make_images(); // of particles where they stand now
                 Impl::depositImages<Basis>( state, working, sums );
             } );
+        depositImageWeight<Basis>( state );
     }
 
     //! Section 10.
@@ -227,7 +229,8 @@ struct Conservative : MethodDefaults
                               velocityComponents<Dim>() );
         const bool rearranges =
             parts.volume_relaxation > 0 || parts.particle_shifting > 0;
-        if ( parts.viscosity_limiter )
+        const bool limits = parts.limits( state.viscosity.acts );
+        if ( limits )
         {
             {
                 // Measures the motion in passing, which goes on its account.
@@ -245,11 +248,11 @@ struct Conservative : MethodDefaults
         if ( state.images.count > 0 )
             state.ledger.energy_in +=
                 Impl::workOfImages<Basis>( state, storage.faces );
-        if ( rearranges && parts.viscosity_limiter )
+        if ( rearranges && limits )
             gather<Basis, true, true>( state, storage );
         else if ( rearranges )
             gather<Basis, true, false>( state, storage );
-        else if ( parts.viscosity_limiter )
+        else if ( limits )
             gather<Basis, false, true>( state, storage );
         else
             gather<Basis, false, false>( state, storage );

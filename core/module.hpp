@@ -86,6 +86,15 @@ enum Suspicion : int
 };
 inline constexpr int suspicion_count = 2;
 
+//! What weight does to mirror images (core/image_weight.hpp).
+template <int Dim>
+struct ImageWeight
+{
+    Vector<Dim> acceleration{}; //!< g of all gas
+    bool acts = false;          //!< have bodies images, and has gas weight?
+    NodeSum excess;             //!< force beyond m_i g, [nodes][Dim]
+};
+
 /*!
   \brief Everything that a time step works on.
 
@@ -105,6 +114,7 @@ struct State
     Particles<Dim> particles;
     Nodes<Dim> nodes;
     Images<Dim> images; //!< of the particles near curved walls, this step
+    ImageWeight<Dim> image_weight;
     //! \name Null where the method knows only the gradient that a particle
     //! carries
     //! @{
@@ -246,6 +256,9 @@ class Module
     virtual void mirrorParticles( State<Dim>& ) {}
     //! How far from its particle an image may be, length.
     virtual Real imageReach( const Grid<Dim>& ) const { return 0; }
+    //! What it gives to all gas in keepDeposit and gridForce, by mass on the
+    //! nodes; an image is due its mirror image instead. length/time^2 [Dim]
+    virtual Vector<Dim> acceleration() const { return {}; }
     //! Keeps what it needs of state.nodes.moment_sum from before the fold.
     virtual void keepDeposit( State<Dim>& ) {}
     //! Adds dt f / m of a force to v' on all stored nodes, walls and neighbours

@@ -153,6 +153,8 @@ class SidecarBase
     //! Copies entry from(k) onto entry to(k) for k < count.
     virtual void move( const IndexList& from, const IndexList& to,
                        int count ) = 0;
+    //! Zeros those of some rows. \param rows less than 0: none
+    virtual void forget( const IndexList& rows ) = 0;
     //! \name A step, as in Particles, if one changes the entries
     //! @{
     virtual void beginStep( bool keeps ) = 0;
@@ -508,6 +510,17 @@ class Sidecar : public SidecarBase
     {
         Impl::moveTuples( _aosoa, from, to, count );
     }
+    void forget( const IndexList& rows ) override
+    {
+        const auto aosoa = _aosoa;
+        forEach(
+            "Machpoint::clearSidecar", rows.extent_int( 0 ),
+            MACHPOINT_LAMBDA( const int k ) {
+                if ( rows( k ) >= 0 )
+                    aosoa.setTuple( rows( k ),
+                                    typename aosoa_type::tuple_type{} );
+            } );
+    }
     void beginStep( const bool keeps ) override
     {
         _keeps = keeps && _during_step == DuringStep::changes;
@@ -835,6 +848,14 @@ class Particles
         Impl::moveTuples( _aosoa, rows, copies, count );
         for ( auto& sidecar : _sidecars )
             sidecar->move( rows, copies, count );
+    }
+
+    //! Particles enter anew: effects know nothing of their former life.
+    //! \param rows less than 0: none
+    void forget( const IndexList& rows )
+    {
+        for ( std::size_t k = 1; k < _sidecars.size(); ++k ) // 0 is _lasting
+            _sidecars[k]->forget( rows );
     }
 
     //! Removes particles; others from the end fill the holes, so the cost is

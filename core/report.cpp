@@ -20,14 +20,9 @@ double exactEnergy( const Json& input, const GasState& state )
 {
     if ( state.density <= 0 )
         return 0; // vacuum
-    const auto& physics = input.at( "physics" );
-    const auto gas = std::find_if( physics.begin(), physics.end(),
-                                   []( const Json& entry )
-                                   { return entry.contains( "gamma" ); } );
-    const double gamma = gas->at( "gamma" );
-    const double reference = gas->value( "reference_pressure", 0.0 );
-    return ( state.pressure + gamma * reference ) /
-           ( ( gamma - 1 ) * state.density );
+    const GasLaw gas = gasLaw( input );
+    return ( state.pressure + gas.gamma * gas.pressure_offset ) /
+           ( ( gas.gamma - 1 ) * state.density );
 }
 
 namespace

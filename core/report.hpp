@@ -24,7 +24,7 @@ struct FieldError
 };
 
 //! Specific internal energy of an exact state, by the equation of state of a
-//! resolved input; 0 in vacuum.
+//! resolved input; 0 in vacuum. \throws std::invalid_argument: see gasLaw
 double exactEnergy( const Json& input, const GasState& state );
 
 /*!

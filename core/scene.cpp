@@ -329,6 +329,32 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
         } );
 }
 
+//! How far an image may be from its particle, length; 0: there are none.
+template <int Dim>
+Real imageReach( const Scene<Dim>& scene )
+{
+    Real farthest = 0;
+    for ( const auto& active : scene.modules )
+        farthest =
+            std::max( farthest, active.module->imageReach( scene.state.grid ) );
+    return farthest;
+}
+
+//! The weight of all gas, and whether it pulls at images.
+template <int Dim>
+void weighImages( Scene<Dim>& scene )
+{
+    auto& weight = scene.state.image_weight;
+    for ( const auto& active : scene.modules )
+    {
+        const auto g = active.module->acceleration();
+        for ( int d = 0; d < Dim; ++d )
+            weight.acceleration[d] += g[d];
+    }
+    weight.acts = imageReach( scene ) > 0 &&
+                  dot<Dim>( weight.acceleration, weight.acceleration ) > 0;
+}
+
 //! This rank's nodes; images of particles may lie in other ranks' boxes.
 template <int Dim>
 NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene )
@@ -337,14 +363,8 @@ NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene )
     const auto& needs = scene.needs;
     int reach = needs.reach;
     if ( state.decomposition.comm().size() > 1 )
-    {
-        Real farthest = 0;
-        for ( const auto& active : scene.modules )
-            farthest =
-                std::max( farthest, active.module->imageReach( state.grid ) );
-        reach +=
-            static_cast<int>( std::ceil( farthest / state.grid.minSpacing() ) );
-    }
+        reach += static_cast<int>(
+            std::ceil( imageReach( scene ) / state.grid.minSpacing() ) );
     Indices<Dim> margin{};
     for ( int d = 0; d < Dim; ++d )
         margin[d] = state.decomposition.ranks()[d] > 1 ? needs.margin : 0;
@@ -389,6 +409,7 @@ Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
     std::stable_partition( scene.modules.begin(), scene.modules.end(),
                            []( const auto& active )
                            { return active.module->sides().empty(); } );
+    weighImages( scene );
     for ( const auto& active : scene.modules )
         scene.is_open = scene.is_open || active.module->isOpen();
     scene.side_kinds =

@@ -8,6 +8,7 @@
 #define MACHPOINT_TIME_LOOP_HPP
 
 #include <core/fault.hpp>
+#include <core/image_weight.hpp>
 #include <core/node_sum.hpp>
 #include <core/profile.hpp>
 #include <core/sampling.hpp>
@@ -253,6 +254,7 @@ class TimeLoop : public Simulation
         state.nodes.velocities =
             NodeView( "Machpoint::velocities", state.layout.total,
                       _scheme.velocity_columns );
+        layOutImageWeight( state );
     }
 
     //! Makes all that hangs on this rank's box, for the box that it has now.
@@ -354,8 +356,10 @@ class TimeLoop : public Simulation
             _stable = stableTimeStep();
         }
         each( "grid force", Hook::gridForce, &Module<Dim>::gridForce );
+        applyImageWeight( state );
         constrain( { state.nodes.velocities, Dim } ); // eq. 7
         each( "grid work", Hook::gridWork, &Module<Dim>::gridWork );
+        accountForImageWeight( state );
         {
             Profile::Phase phase( "G2P" );
             gridToParticles(); // 6-10

@@ -100,6 +100,16 @@ inline constexpr bool is_zen5 = false;
 //! Most threads of a block on a GPU.
 inline constexpr int most_threads = 128;
 
+//! Has a multiprocessor shared memory for several blocks of any kernel? P2G
+//! takes up to 47 KB a block (core/warp_run.hpp), and GPUs of workstations have
+//! 100 KB and less. Kokkos would find no size of a block for more.
+#if defined( KOKKOS_ARCH_AMPERE80 ) || defined( KOKKOS_ARCH_HOPPER90 ) ||      \
+    defined( KOKKOS_ARCH_BLACKWELL100 )
+inline constexpr bool holds_many_blocks = true;
+#else
+inline constexpr bool holds_many_blocks = false;
+#endif
+
 /*!
   \brief Range of particles or nodes on the build's backend.
 
@@ -107,12 +117,14 @@ inline constexpr int most_threads = 128;
   than 512 bytes of them into constant memory otherwise, and before that waits
   for the last kernel that it did so for to end.
 
-  \tparam Blocks how many a multiprocessor of a GPU is to hold at least, which
-  bounds the registers of a thread: 128 for 4 blocks, 168 for 3, 255 for fewer
+  \tparam Blocks how many a multiprocessor of a GPU is to hold at least, where
+  its memory is large enough, which bounds the registers of a thread: 128 for 4
+  blocks, 168 for 3, 255 for fewer
 */
 template <int Blocks>
 using RangeOf = Kokkos::RangePolicy<
-    ExecutionSpace, Kokkos::LaunchBounds<most_threads, Blocks>,
+    ExecutionSpace,
+    Kokkos::LaunchBounds<most_threads, holds_many_blocks ? Blocks : 1>,
     Kokkos::Experimental::WorkItemProperty::HintLightWeight_t>;
 using Range = RangeOf<1>;
 

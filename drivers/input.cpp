@@ -199,13 +199,6 @@ std::string readFile( const std::string& file )
 namespace
 {
 
-//! Can a file be called so, without leaving its directory?
-bool isFileName( const std::string& name )
-{
-    return name.find_first_of( "/\\" ) == std::string::npos && name != "." &&
-           name != "..";
-}
-
 //! Collects what no single key can tell: conflicts between keys.
 class Checker
 {
@@ -407,21 +400,10 @@ class Checker
         std::vector<int> entries( names.size() ), whole( names.size() ),
             periodic( names.size() );
         std::set<std::string> reported;
-        std::set<std::string> names_taken;
         int k = 0;
         for ( const auto& entry : _input.at( "boundary" ) )
         {
             const auto place = fmt::format( "/boundary/{}", k++ );
-            if ( entry.contains( "name" ) )
-            {
-                const auto name = entry.at( "name" ).get<std::string>();
-                if ( !isFileName( name ) )
-                    error( place + "/name", "names a file, so it must hold "
-                                            "no slash" );
-                if ( !names_taken.insert( name ).second )
-                    error( place + "/name",
-                           "a second \"" + name + "\"; give each its own" );
-            }
             const auto type = entry.at( "type" ).get<std::string>();
             for ( const auto* key : { "shape", "region" } )
                 if ( entry.contains( key ) )

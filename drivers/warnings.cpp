@@ -34,7 +34,7 @@ class Survey
 {
   public:
     explicit Survey( const Json& input )
-        : _input( input ), _initial( input ), _law( gasLaw( input ) ),
+        : _input( input ), _initial( input ), _law( findGasLaw( input ) ),
           _grid( sampleGrid( input ) )
     {
         for ( const auto& entry : input.at( "boundary" ) )
@@ -50,11 +50,14 @@ class Survey
         facts.effects = static_cast<int>( _input.at( "physics" ).size() ) - 1;
         for ( int d = 0; d < Dim; ++d )
             facts.extent[d] = _grid.upper[d] - _grid.lower[d];
-        sample();
-        facts.least_speed = _least_speed;
-        facts.is_undisturbed =
-            _first && _is_uniform && !sidesDisturb() && !isNoisy();
-        facts.shock = findShock();
+        if ( _law )
+        {
+            sample();
+            facts.least_speed = _least_speed;
+            facts.is_undisturbed =
+                _first && _is_uniform && !sidesDisturb() && !isNoisy();
+            facts.shock = findShock();
+        }
         const auto& method = _input.at( "method" );
         const auto name = method.at( "name" ).get<std::string>();
         facts.shocks_need_viscosity =
@@ -129,7 +132,8 @@ class Survey
 
     double soundSpeed( const GasState& gas ) const
     {
-        return std::sqrt( _law.gamma * ( gas.pressure + _law.pressure_offset ) /
+        return std::sqrt( _law->gamma *
+                          ( gas.pressure + _law->pressure_offset ) /
                           gas.density );
     }
     static double speed( const GasState& gas )
@@ -216,14 +220,14 @@ class Survey
         std::swap( a.velocity[0], a.velocity[axis] );
         std::swap( b.velocity[0], b.velocity[axis] );
         // Weak ones, without the work.
-        const double before = a.pressure + _law.pressure_offset;
-        const double behind = b.pressure + _law.pressure_offset;
+        const double before = a.pressure + _law->pressure_offset;
+        const double behind = b.pressure + _law->pressure_offset;
         if ( std::abs( before - behind ) < 0.02 * std::min( before, behind ) &&
              a.velocity[0] - b.velocity[0] <
                  0.02 * std::min( soundSpeed( a ), soundSpeed( b ) ) )
             return 0;
-        const RiemannSolution waves( a, b, _law.gamma, _law.pressure_offset );
-        return ( waves.starPressure() + _law.pressure_offset ) /
+        const RiemannSolution waves( a, b, _law->gamma, _law->pressure_offset );
+        return ( waves.starPressure() + _law->pressure_offset ) /
                std::min( before, behind );
     }
 
@@ -376,7 +380,7 @@ class Survey
 
     const Json& _input;
     InitialGas<Dim> _initial;
-    GasLaw _law;
+    std::optional<GasLaw> _law; // else nothing is known of sound and shocks
     Grid<Dim> _grid;
     std::vector<Shape<Dim, Kokkos::HostSpace>> _bodies;
     std::vector<GasState> _gas;

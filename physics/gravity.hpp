@@ -6,7 +6,7 @@
 #define MACHPOINT_GRAVITY_HPP
 
 #include <core/flow_facts.hpp>
-#include <core/module.hpp>
+#include <core/node_force.hpp>
 
 #include <fmt/format.h>
 
@@ -19,9 +19,8 @@ namespace Machpoint
   \brief Force m_i g on every node, with the mass folded as a force along g, so
   that walls reflect it as they reflect pressure.
 
-  The work done on the gas is exactly dt sum_i f_i . (v_i + v'_i) / 2 over
-  owned nodes with the folded force, because fold is the adjoint of fill; it
-  goes to the ledger.
+  The work done on the gas is known exactly (workOnNodes); it goes to the
+  ledger.
 */
 template <int Dim>
 class Gravity : public Module<Dim>
@@ -84,6 +83,7 @@ class Gravity : public Module<Dim>
     }
 
     bool exertsForce() const override { return true; }
+    Vector<Dim> acceleration() const override { return _g; }
 
     void layOut( State<Dim>& state ) override
     {
@@ -98,45 +98,12 @@ class Gravity : public Module<Dim>
     void gridForce( State<Dim>& state ) override
     {
         _force.fold( state.halo, vectorComponents<Dim, 1>( Parity::force ) );
-        const auto moments = state.nodes.moments;
-        const auto velocities = state.nodes.velocities;
-        const Real dt = state.dt;
-        const auto force = _force.field();
-        const auto g = _g;
-        forEach(
-            "Machpoint::gravity", state.layout.total,
-            MACHPOINT_LAMBDA( const int i ) {
-                const Real m = moments( i, 0 );
-                for ( int d = 0; d < Dim; ++d )
-                {
-                    force( i, d ) *= g[d]; // until here the mass
-                    velocities( i, Dim + d ) +=
-                        m > 0 ? dt * force( i, d ) / m : 0.0_rt;
-                }
-            } );
+        pushNodes<Dim>( state, _force.field(), _g ); // until here the mass
     }
 
     void gridWork( State<Dim>& state ) override
     {
-        const auto velocities = state.nodes.velocities;
-        const auto force = _force.field();
-        const auto layout = state.layout;
-        const auto weights = state.halo.weights();
-        const Real dt = state.dt;
-        ReproducibleSum work;
-        reduceEach(
-            "Machpoint::gravityWork", layout.total, few_particles,
-            MACHPOINT_LAMBDA( const int row, ReproducibleSum& sum ) {
-                const Real share = weights( layout.indices( row ) );
-                if ( share == 0 )
-                    return;
-                for ( int d = 0; d < Dim; ++d )
-                    sum +=
-                        dt * share * force( row, d ) * 0.5_rt *
-                        ( velocities( row, d ) + velocities( row, Dim + d ) );
-            },
-            work );
-        state.ledger.energy_in += work;
+        state.ledger.energy_in += workOnNodes( state, _force.field() );
     }
 
   private:

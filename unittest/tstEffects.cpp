@@ -5,6 +5,8 @@
 #include <core/profile.hpp>
 #include <core/registry.hpp>
 #include <drivers/study_effects.hpp>
+#include <drivers/warnings.hpp>
+#include <physics/evaluate_gas.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -262,8 +264,8 @@ const std::vector<Effect>& effects()
         { "gravity",
           "physics",
           { { "type", "gravity" }, { "acceleration", { 0.1, 0.0 } } },
-          { "Machpoint::copyDeposit", "Machpoint::gravity",
-            "Machpoint::gravityWork" },
+          { "Machpoint::copyDeposit", "Machpoint::pushNodes",
+            "Machpoint::workOnNodes" },
           { "Machpoint::gravity" } },
         { "obstacle",
           "boundary",
@@ -429,6 +431,83 @@ TEST( Effects, noHookIsCalledThatAModuleDoesNotHave )
     EXPECT_EQ( found->calls, 1 + 3 * 5 ); // made, and in every step
 }
 
+//! A gas from outside: p (1 / rho - b) = (gamma - 1) e, of Noble and Abel.
+template <int Dim>
+class NobleAbel : public EquationOfState<Dim>
+{
+  public:
+    static constexpr const char* name = "noble_abel";
+    static Parameters declare( const int dimension )
+    {
+        Parameters p( name, "of molecules that need room", dimension );
+        p.number( "covolume", "b" ).unit( "volume/mass" ).atLeast( 0 );
+        return p;
+    }
+    explicit NobleAbel( const Json& json ) : _b( json.at( "covolume" ) ) {}
+
+    Real specificInternalEnergy( const Real density,
+                                 const Real pressure ) const override
+    {
+        return pressure * ( 1 - _b * density ) / ( 0.4_rt * density );
+    }
+    GasSurvey evaluate( State<Dim>& state, const bool surveys ) override
+    {
+        return evaluateGas( state, surveys, Formula{ _b } );
+    }
+    PressureResponse response() const override { return { 1.4_rt, 0.4_rt }; }
+
+    struct Formula
+    {
+        Real b;
+        KOKKOS_FORCEINLINE_FUNCTION ThermodynamicState
+        operator()( const Lanes& density, const Lanes& energy ) const
+        {
+            const Lanes room = 1.0_rt - b * density;
+            const Lanes pressure = 0.4_rt * density * energy / room;
+            return { pressure, 1.4_rt * pressure / ( density * room ) };
+        }
+    };
+
+  private:
+    Real _b;
+};
+
+// A gas of one's own runs, is checked, and has no exact solution of ours.
+TEST( Effects, aGasFromOutsideRuns )
+{
+    registerPhysics<NobleAbel>();
+    auto input = shockTube( 1, 40, 3, "conservative", "quadratic" );
+    addViscosity( input );
+    auto ideal = simulate( input );
+    auto own = input;
+    own["physics"][0] = { { "type", "noble_abel" }, { "covolume", 0.0 } };
+    auto none = simulate( own );
+    own["physics"][0]["covolume"] = 0.3;
+    auto some = simulate( own );
+    EXPECT_TRUE( findWarnings( resolveInput( own, "test" ) ).empty() );
+    for ( auto* run : { ideal.get(), none.get(), some.get() } )
+        advanceTo( *run, 0.1 );
+    const auto a = ideal->particleData(), b = none->particleData();
+    ASSERT_EQ( a.id.size(), b.id.size() );
+    for ( std::size_t p = 0; p < a.id.size(); ++p )
+        EXPECT_NEAR( a.pressure[p], b.pressure[p], tolerance( 1e-11 ) );
+    // Sound is faster in it, so its steps are shorter.
+    EXPECT_GT( some->steps(), ideal->steps() );
+
+    own["exact"] = { { "type", "riemann" } };
+    try
+    {
+        simulate( own );
+        FAIL() << "an exact solution of an unknown gas";
+    }
+    catch ( const InputError& error )
+    {
+        EXPECT_NE( std::string( error.what() ).find( "/exact: needs" ),
+                   std::string::npos )
+            << error.what();
+    }
+}
+
 TEST( Effects, timeOfAnInnerPhaseIsItsOwn )
 {
     const RestoredCallbacks restored;
@@ -456,6 +535,17 @@ TEST( Effects, gasWithoutFrictionConductsNoHeat )
     auto shocked = shockTube( 2, 16, 3, "conservative", "quadratic" );
     shocked["particles"]["placement"] = "random";
     EXPECT_GT( tally( shocked ).kernels.count( "Machpoint::conductHeat" ), 0u );
+}
+
+// The limiter is for the viscosity and two parts: without these there is
+// nothing to limit.
+TEST( Effects, nothingIsLimitedWithoutViscosity )
+{
+    auto input = box( 2, 8, 2, "conservative", "quadratic", "periodic" );
+    input["method"]["blend_in_compression"] = 0;
+    EXPECT_EQ( tally( input ).kernels.count( "Machpoint::limitMotion" ), 0u );
+    addViscosity( input );
+    EXPECT_GT( tally( input ).kernels.count( "Machpoint::limitMotion" ), 0u );
 }
 
 INSTANTIATE_TEST_SUITE_P( Each, OptionalPart,

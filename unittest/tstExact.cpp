@@ -603,6 +603,8 @@ TEST( Exact, Uniform )
                                       { "density", 1.4 },
                                       { "velocity", { 3, -1 } },
                                       { "pressure", 2 } } } ) },
+        { "physics",
+          Json::array( { { { "type", "ideal_gas" }, { "gamma", 1.4 } } } ) },
         { "exact", { { "type", "uniform" } } } };
     expectEqual( makeExact( input )->state( { 8, -2, 1 }, 5 ),
                  { 1.4, { 3, -1, 0 }, 2 }, 0, 0, 0 );
@@ -618,6 +620,8 @@ TEST( Exact, Hydrostatic )
                                       { "pressure", 0.9 },
                                       { "gravity", gravity },
                                       { "position", 0.5 } } } ) },
+        { "physics",
+          Json::array( { { { "type", "ideal_gas" }, { "gamma", 1.4 } } } ) },
         { "exact", { { "type", "hydrostatic" } } } };
     const auto exact = makeExact( input );
     expectEqual( exact->state( { 3, 0.5, 0 }, 2 ), gas( 1.2, 0, 0.9 ), 1e-15, 0,

@@ -158,7 +158,8 @@ TEST( Guard, repeatsWithHalfTheStep )
                 method, { { "fault", fault }, { "above", 0.3 * dt } } ) );
             advance( *run, 21 );
             EXPECT_EQ( run->retries(), 2 ) << method << fault;
-            EXPECT_REAL_EQ( run->timeStep(), dt / 4 ) << method << fault;
+            EXPECT_NEAR( run->timeStep(), dt / 4, tolerance( 1e-12 ) * dt )
+                << method << fault;
             EXPECT_EQ( run->ledger().energy_in, 21 ) << method << fault;
 
             auto direct = simulate( sabotaged(
@@ -182,6 +183,8 @@ TEST( Guard, repeatsWithHalfTheStep )
 // quantity, where, when and what to try, and with the last good state.
 TEST( Guard, endsWithTheLastGoodState )
 {
+    // A GPU adds in another order in every run.
+    const Real rounding = runs_on_host ? 0 : tolerance( 1e-12 );
     for ( const auto& method : methods )
         for ( const bool late : { false, true } )
         {
@@ -216,10 +219,12 @@ TEST( Guard, endsWithTheLastGoodState )
                              tolerance( 1e-13 ) );
             }
             else
-            {
-                EXPECT_TRUE( state == stateById( *good ) ) << method << late;
-            }
-            EXPECT_EQ( run->time(), good->time() ) << method << late;
+                for ( const auto& [id, values] : stateById( *good ) )
+                    for ( std::size_t k = 0; k < values.size(); ++k )
+                        EXPECT_NEAR( state.at( id )[k], values[k], rounding )
+                            << method << late << id;
+            EXPECT_NEAR( run->time(), good->time(), rounding )
+                << method << late;
             for ( const auto& [id, values] : state )
                 for ( const Real value : values )
                     ASSERT_TRUE( std::isfinite( value ) );

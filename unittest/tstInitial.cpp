@@ -27,7 +27,9 @@ std::unique_ptr<InitialState> make( const int dimension, const Json& keys,
     const Json json =
         resolve( keys, Type::declare( dimension ), "test", errors );
     EXPECT_TRUE( errors.empty() ) << ( errors.empty() ? "" : errors[0] );
-    const SceneFacts facts{ dimension, { gamma, 0 } };
+    const Json input = {
+        { "physics", { { { "type", "ideal_gas" }, { "gamma", gamma } } } } };
+    const SceneFacts facts{ dimension, input };
     if constexpr ( std::is_constructible_v<Type, const Json&,
                                            const SceneFacts&> )
         return std::make_unique<Type>( json, facts );

@@ -301,7 +301,7 @@ class FiniteVolume
         const auto u = Kokkos::create_mirror_view( _u );
         const auto w = Kokkos::create_mirror_view( _w );
         std::vector<GasState> gas( _cells.total, GasState{} );
-        const SceneFacts facts{ Dim, gasLaw( input ) };
+        const SceneFacts facts{ Dim, input };
         for ( const auto& entry : input.at( "initial" ) )
         {
             const auto state = makeInitialState(

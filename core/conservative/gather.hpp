@@ -398,7 +398,8 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
 
   Particles and images together keep momentum and energy exactly. The images
   are dropped after the step, so what they gained the gas has lost to the wall.
-  \param[out] state.images.impulses momentum that each image gained
+  \param[out] state.images.impulses momentum that each image gained, but for
+  its weight
   \return energy given to the gas
 */
 template <class Basis, int Dim>
@@ -414,6 +415,7 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
     const auto grid = state.grid;
     const auto layout = state.layout;
     const auto images = state.images;
+    const auto acceleration = state.image_weight.acceleration;
     const Real dt = state.dt;
     ReproducibleSum given;
     reduceEach(
@@ -427,13 +429,16 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
             loadMatrix<Dim>( C, p, affine );
             mirrorAffine<Dim>( mirror, affine );
             const auto u = mirror.direction( get<Dim>( v, p ) );
+            const auto weight = mirror.direction( acceleration );
             Gathered<Basis, Dim, Real> g;
             g.template gather<false, false>( grid, layout, s, velocities, faces,
                                              u, affine );
             Real kinetic = g.squares; // |phi|^2 - |u_i|^2, summed
             for ( int a = 0; a < Dim; ++a )
             {
-                images.impulses( k, a ) = m( p ) * g.change[a];
+                // Its weight is not the body's.
+                images.impulses( k, a ) =
+                    m( p ) * ( g.change[a] - dt * weight[a] );
                 kinetic += 2 * u[a] * g.change[a];
                 for ( int b = 0; b < Dim; ++b )
                     kinetic -= affine[a][b] * affine[a][b] *

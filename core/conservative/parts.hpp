@@ -45,6 +45,14 @@ struct ConservativeParts
         return heat_conduction > 0 && step > 0 && step % conduct_every == 0;
     }
 
+    //! Is there anything that the limiter of the viscosity multiplies?
+    //! \param is_viscous does artificial viscosity act?
+    bool limits( const bool is_viscous ) const
+    {
+        return viscosity_limiter &&
+               ( is_viscous || blend_in_compression > 0 || heat_mixing > 0 );
+    }
+
     //! Splitting and merging need to know where a particle came from.
     bool changesParticles() const
     {
@@ -90,7 +98,8 @@ struct ConservativeParts
             .switches( "particle shifting", 0 )
             .source( "after Xu et al. 2009; docs/conservative.md, section 7" );
         p.boolean( "viscosity_limiter",
-                   "no artificial viscosity where the flow is smooth" )
+                   "no artificial viscosity where the flow is smooth; "
+                   "limits blend_in_compression and heat_mixing, too" )
             .defaultsTo( true )
             .switches( "viscosity limiter", false )
             .source( "Christensen 1990, Balsara 1995" );

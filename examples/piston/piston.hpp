@@ -26,6 +26,8 @@ class Piston : public Machpoint::Module<Dim>
     // The names that every line below needs.
     using Real = Machpoint::Real;
     using Range = Machpoint::Range;
+    // The same to the last digit in whatever order it is added up.
+    using Sum = Machpoint::ReproducibleSum;
 
     static constexpr const char* name = "piston";
 
@@ -85,24 +87,28 @@ class Piston : public Machpoint::Module<Dim>
         const int column = velocity.first + axis;
         const Real u = _velocity;
         const Real held = faceAt( state.time ) + 0.5 * state.grid.spacing[axis];
-        double impulse = 0;
+        Sum impulse, work;
         Kokkos::parallel_reduce(
             "Piston::applyToGrid", Range( 0, layout.total ),
-            MACHPOINT_LAMBDA( const int row, double& sum ) {
+            MACHPOINT_LAMBDA( const int row, Sum& sum, Sum& work_sum ) {
                 const auto i = layout.indices( row );
                 if ( layout.position( layout.home( i ) )[axis] >= held )
                     return;
                 const Real share = weights( i );
                 if ( share > 0 )
-                    sum += share * moments( row, 0 ) *
-                           ( u - field( row, column ) );
+                {
+                    const double J = share * moments( row, 0 ) *
+                                     ( u - field( row, column ) );
+                    sum += J;
+                    work_sum += J * u;
+                }
                 field( row, column ) = u;
             },
-            impulse );
+            impulse, work );
         if ( !velocity.acts )
             return;
         _impulse += impulse;
-        state.ledger.energy_in += impulse * u;
+        state.ledger.energy_in += work;
     }
 
     //! Puts particles that the face overtook just in front of it. Only their
@@ -130,9 +136,14 @@ class Piston : public Machpoint::Module<Dim>
                     noted.note( p ); // it may be another rank's now
                 }
             } );
-        _series.rows.push_back( { time, _impulse / state.dt, face } );
-        _impulse = 0;
+        const auto all = Machpoint::sumOfRanks( state.decomposition.comm(),
+                                                { _impulse } )[0];
+        _series.rows.push_back( { time, all.value() / state.dt, face } );
+        _impulse = {};
     }
+
+    //! A step that is repeated starts anew.
+    void rejectStep( Machpoint::State<Dim>& ) override { _impulse = {}; }
 
     bool exertsForce() const override { return true; }
     const Machpoint::Series* series() const override { return &_series; }
@@ -151,7 +162,7 @@ class Piston : public Machpoint::Module<Dim>
     int _axis;
     Real _position;
     Real _velocity;
-    double _impulse = 0; // on the gas, in this step
+    Sum _impulse; // of this rank on the gas, in this step
     Machpoint::Series _series;
 };
 

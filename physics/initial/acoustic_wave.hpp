@@ -47,7 +47,7 @@ class AcousticWaveState : public InitialState
     }
 
     AcousticWaveState( const Json& json, const SceneFacts& scene )
-        : _wave( makeAcousticWave( json, scene.gas ) )
+        : _wave( makeAcousticWave( json, scene.gas() ) )
     {
     }
 

@@ -64,7 +64,7 @@ class Blast : public InitialState
     {
         const double energy = json.at( "energy" );
         _peak_pressure =
-            ( scene.gas.gamma - 1 ) * energy /
+            ( scene.gas().gamma - 1 ) * energy /
             Kokkos::pow( Kokkos::sqrt( 2 * Kokkos::numbers::pi_v<double> ) *
                              _radius,
                          scene.dimension );

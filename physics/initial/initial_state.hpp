@@ -14,8 +14,12 @@ namespace Machpoint
 //! What an initial state may ask about the scene that it is part of.
 struct SceneFacts
 {
-    int dimension; //!< 1 to 3
-    GasLaw gas;    //!< of the equation of state
+    int dimension;     //!< 1 to 3
+    const Json& input; //!< resolved
+
+    //! For a state that follows from it. \throws std::invalid_argument where
+    //! it is not known
+    GasLaw gas() const { return gasLaw( input ); }
 };
 
 //! d v_a / d x_b [3][3], 1/time; rows and columns beyond Dim are 0.

@@ -49,7 +49,7 @@ class IsentropicVortexState : public InitialState
     }
 
     IsentropicVortexState( const Json& json, const SceneFacts& scene )
-        : _vortex( makeIsentropicVortex( json, scene.gas ) )
+        : _vortex( makeIsentropicVortex( json, scene.gas() ) )
     {
     }
 

@@ -42,7 +42,7 @@ class Noh : public InitialState
     }
 
     Noh( const Json& json, const SceneFacts& scene )
-        : _solution( makeNoh( json, scene.gas ) ),
+        : _solution( makeNoh( json, scene.gas() ) ),
           _dimension( scene.dimension ), _speed( json.at( "speed" ) )
     {
     }

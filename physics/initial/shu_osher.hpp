@@ -52,9 +52,9 @@ class ShuOsher : public InitialState
           _amplitude( json.at( "amplitude" ) ),
           _wavenumber( json.at( "wavenumber" ) )
     {
-        const double gamma = scene.gas.gamma;
+        const double gamma = scene.gas().gamma;
         const double sound_speed =
-            Kokkos::sqrt( gamma * ( 1 + scene.gas.pressure_offset ) );
+            Kokkos::sqrt( gamma * ( 1 + scene.gas().pressure_offset ) );
         const double mach = json.at( "mach" );
         const double square = mach * mach;
         const double ratio =
