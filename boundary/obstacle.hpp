@@ -6,7 +6,7 @@
 #ifndef MACHPOINT_OBSTACLE_HPP
 #define MACHPOINT_OBSTACLE_HPP
 
-#include <boundary/shape.hpp>
+#include <boundary/shape_input.hpp>
 #include <core/module.hpp>
 #include <core/node_list.hpp>
 

@@ -6,7 +6,7 @@
 #ifndef MACHPOINT_SIDE_HPP
 #define MACHPOINT_SIDE_HPP
 
-#include <boundary/shape.hpp>
+#include <boundary/shape_input.hpp>
 #include <core/module.hpp>
 
 namespace Machpoint

@@ -118,6 +118,23 @@ std::string describeFault( const State<Dim>& state, const Fault& fault )
         broken.template slice<SoundSpeed>()( 0 ) );
 }
 
+//! The same of the rank whose fault is the worst, the first of them if several
+//! are; empty without faults. Collective.
+template <int Dim>
+std::string describeWorst( const State<Dim>& state, const Fault& fault )
+{
+    const auto& comm = state.decomposition.comm();
+    const double kind = static_cast<int>( fault.kind );
+    const double worst = comm.max( kind );
+    if ( worst == 0 )
+        return {};
+    const int own = comm.rank();
+    const int first =
+        static_cast<int>( comm.min( kind == worst ? own : comm.size() ) );
+    return comm.from( first, first == own ? describeFault( state, fault )
+                                          : std::string() );
+}
+
 } // namespace Machpoint
 
 #endif

@@ -1,6 +1,6 @@
 /*!
   \file image_weight.hpp
-  \brief Layer 4: the weight of mirror images, which a mirror turns as it turns
+  \brief Layer 3: the weight of mirror images, which a mirror turns as it turns
   their velocity (docs/conservative.md, section 6).
 */
 #ifndef MACHPOINT_IMAGE_WEIGHT_HPP

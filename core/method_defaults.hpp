@@ -1,6 +1,6 @@
 /*!
   \file method_defaults.hpp
-  \brief Layer 4: what a method need not say.
+  \brief Layer 5: what a method need not say.
 
   A method is a struct with a name, a summary, a default basis, `affine`, a
   Storage (whose layOut allocates its node fields, again when the rank's box has
@@ -10,6 +10,7 @@
 #ifndef MACHPOINT_METHOD_DEFAULTS_HPP
 #define MACHPOINT_METHOD_DEFAULTS_HPP
 
+#include <core/module.hpp>
 #include <core/transfer.hpp>
 
 #include <limits>

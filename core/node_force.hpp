@@ -1,12 +1,12 @@
 /*!
   \file node_force.hpp
-  \brief Layer 4: a force on nodes that is not the gas's own, and the work that
+  \brief Layer 3: a force on nodes that is not the gas's own, and the work that
   it does.
 */
 #ifndef MACHPOINT_NODE_FORCE_HPP
 #define MACHPOINT_NODE_FORCE_HPP
 
-#include <core/module.hpp>
+#include <core/state.hpp>
 
 namespace Machpoint
 {

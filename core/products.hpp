@@ -19,13 +19,78 @@
 #define MACHPOINT_PRODUCTS_HPP
 
 #include <core/basis.hpp>
-#include <core/node_sum.hpp>
+#include <core/rounded_terms.hpp>
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
+#include <type_traits>
 
 namespace Machpoint
 {
+
+//! Adds values[k] of a particle to columns first + k of a node.
+template <class Access, std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void addColumns( const Access& nodes, const int,
+                                             const int row, const int first,
+                                             const Real ( &values )[K] )
+{
+    if constexpr ( std::is_same_v<Access, NodeScatter::Access> )
+    {
+        Real line[1][K];
+        for ( std::size_t k = 0; k < K; ++k )
+            line[0][k] = values[k];
+        nodes.add( row, first, line );
+    }
+    else
+        for ( std::size_t k = 0; k < K; ++k )
+            nodes( row, first + static_cast<int>( k ) ) += values[k];
+}
+#ifndef MACHPOINT_HAS_LANES
+template <class Access, std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void addColumns( const Access& nodes, const Pack,
+                                             const int row, const int first,
+                                             const Real ( &values )[K] )
+{
+    addColumns( nodes, 0, row, first, values );
+}
+#else
+//! The same for every particle of a pack, one after the other, as neighbours
+//! add to the same nodes.
+template <class Access, std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void
+addColumns( const Access& nodes, const Pack p, const LaneRows& rows,
+            const int first, const Lanes ( &values )[K] )
+{
+    for ( std::size_t k = 0; k < K; ++k )
+    {
+        Real terms[lane_count];
+        std::memcpy( terms, static_cast<const void*>( &values[k] ),
+                     sizeof( Lanes ) );
+        for ( int l = 0; l < p.count; ++l )
+            nodes( rows.row[l] + rows.shift, first + static_cast<int>( k ) ) +=
+                terms[l];
+    }
+}
+#endif
+
+//! Adds values[i][k] of a particle, or of each of a pack, to columns first + k
+//! of node i of a line. \param base first row of the stencil \param shift rows
+//! from there to the line's first
+template <class Access, class Particle, class Base, class Number,
+          std::size_t Rows, std::size_t K>
+KOKKOS_FORCEINLINE_FUNCTION void
+addLine( const Access& nodes, const Particle p, const Base& base,
+         const int shift, const int first, const Number ( &values )[Rows][K] )
+{
+    if constexpr ( std::is_same_v<Access, NodeScatter::Access> &&
+                   std::is_same_v<Number, Real> )
+        nodes.add( rowAt( base, shift ), first, values );
+    else
+        for ( std::size_t i = 0; i < Rows; ++i )
+            addColumns( nodes, p, rowAt( base, shift + static_cast<int>( i ) ),
+                        first, values[i] );
+}
 
 //! The nodes of a field that particles add to.
 template <class Sums>

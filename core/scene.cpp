@@ -1,6 +1,6 @@
 #include <core/scene.hpp>
 
-#include <boundary/shape.hpp>
+#include <boundary/shape_input.hpp>
 #include <core/initial_gas.hpp>
 #include <core/profile.hpp>
 #include <physics/modules.hpp>

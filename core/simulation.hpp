@@ -5,8 +5,10 @@
 #ifndef MACHPOINT_SIMULATION_HPP
 #define MACHPOINT_SIMULATION_HPP
 
+#include <core/archive.hpp>
 #include <core/balance.hpp>
-#include <core/module.hpp>
+#include <core/series.hpp>
+#include <core/survey.hpp>
 
 #include <memory>
 #include <stdexcept>

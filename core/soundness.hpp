@@ -6,8 +6,9 @@
 #ifndef MACHPOINT_SOUNDNESS_HPP
 #define MACHPOINT_SOUNDNESS_HPP
 
+#include <core/bounds.hpp>
 #include <core/collect.hpp>
-#include <core/module.hpp>
+#include <core/state.hpp>
 
 namespace Machpoint
 {

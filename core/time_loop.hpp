@@ -14,6 +14,7 @@
 #include <core/sampling.hpp>
 #include <core/scene.hpp>
 #include <core/simulation.hpp>
+#include <core/sorting.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -410,26 +411,8 @@ class TimeLoop : public Simulation
         const Profile::Effect effect( "retries" );
         auto& state = _scene.state;
         if ( !isSuspected( state, Unsound ) && !_has_sources )
-            return describe( Fault{} );
-        return describe( Machpoint::findFault( state ) );
-    }
-
-    //! The text of the rank whose fault is the worst; empty without faults.
-    std::string describe( const Fault& fault ) const
-    {
-        const double kind = static_cast<int>( fault.kind );
-        const double worst = comm().max( kind );
-        return worst > 0 ? describe( fault, kind == worst ) : std::string();
-    }
-    //! \param is_worst is it on this rank, perhaps among others?
-    std::string describe( const Fault& fault, const bool is_worst ) const
-    {
-        const int own = comm().rank();
-        const int first =
-            static_cast<int>( comm().min( is_worst ? own : comm().size() ) );
-        return comm().from( first, first == own
-                                       ? describeFault( _scene.state, fault )
-                                       : std::string() );
+            return describeWorst( state, Fault{} );
+        return describeWorst( state, Machpoint::findFault( state ) );
     }
 
     //! Returns to the start of the step. \throws NumericalFailure when a
@@ -543,8 +526,10 @@ class TimeLoop : public Simulation
         largest = comm().max( largest );
         if ( largest[0] > 0 )
         {
-            const auto fault = describe(
-                { found.broken, FaultKind::not_finite }, found.broken >= 0 );
+            const auto fault = describeWorst(
+                _scene.state,
+                Fault{ found.broken, found.broken >= 0 ? FaultKind::not_finite
+                                                       : FaultKind::none } );
             // A boundary or a source broke the gas after the step's check.
             if ( _most_retries > 0 && _scene.state.step > 0 )
                 restore();
@@ -682,60 +667,6 @@ class TimeLoop : public Simulation
             Kokkos::parallel_for(
                 "Machpoint::noteNew", Range( first, n ),
                 MACHPOINT_LAMBDA( const int p ) { noted.note( p ); } );
-    }
-
-    //! Cell of every particle, within the rank's box. Public because nvcc wants
-    //! the parent function of a device lambda to be accessible.
-    template <class PositionSlice>
-    static IndexList cellsOf( const PositionSlice& x, const Grid<Dim>& grid,
-                              const CellBox<Dim>& box )
-    {
-        const int n = static_cast<int>( x.size() );
-        const IndexList cells(
-            Kokkos::view_alloc( "Machpoint::cells",
-                                Kokkos::WithoutInitializing ),
-            n );
-        forEachPack(
-            "Machpoint::cellOfParticle", n,
-            MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-                const auto cell = box.flatCell( grid, loadVector<Dim>( x, p ) );
-                for ( int l = 0; l < p.count; ++l )
-                    cells( p.first + l ) = lane( cell, l );
-            } );
-        return cells;
-    }
-
-    //! Is only one in a hundred cells below the one before it, or fewer? Then
-    //! sorting would take longer than it saves: gas in 1D, and gas at rest. Not
-    //! where the last is no more behind the first: what has come round a
-    //! periodic side would be far from its thread's rows.
-    static bool areNearlySorted( const IndexList& cells )
-    {
-        const int n = cells.extent_int( 0 );
-        int descents = 0;
-        reduceEach(
-            "Machpoint::descents", n, few_rows,
-            MACHPOINT_LAMBDA( const int k, int& sum ) {
-                if ( k + 1 < n )
-                    sum += cells( k + 1 ) < cells( k ) ? 1 : 0;
-                else
-                    sum += cells( k ) <= cells( 0 ) ? n : 0;
-            },
-            descents );
-        return descents <= n / 100;
-    }
-
-    //! Most particles of a cell.
-    static int mostInCell( const ParticleBins& bins )
-    {
-        int most = 0;
-        reduceEach(
-            "Machpoint::mostInCell", bins.numBin(), few_rows,
-            MACHPOINT_LAMBDA( const int c, int& max ) {
-                max = Kokkos::max( max, bins.binSize( c ) );
-            },
-            Kokkos::Max<int>( most ) );
-        return most;
     }
 
   private:

@@ -7,9 +7,9 @@
 #define MACHPOINT_TRANSFER_HPP
 
 #include <core/basis.hpp>
-#include <core/module.hpp>
 #include <core/products.hpp>
 #include <core/soundness.hpp>
+#include <core/state.hpp>
 
 #include <cstddef>
 #include <new>

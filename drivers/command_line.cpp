@@ -7,7 +7,7 @@
 #include <drivers/study_input.hpp>
 #include <drivers/warnings.hpp>
 
-#include <boundary/shape.hpp>
+#include <boundary/shape_input.hpp>
 #include <core/basis.hpp>
 #include <core/communicator.hpp>
 #include <core/exact.hpp>

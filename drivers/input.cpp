@@ -1,6 +1,6 @@
 #include <drivers/input.hpp>
 
-#include <boundary/shape.hpp>
+#include <boundary/shape_input.hpp>
 #include <core/basis.hpp>
 #include <core/communicator.hpp>
 #include <core/exact.hpp>

@@ -7,6 +7,7 @@
 
 #include "tolerance.hpp"
 
+#include <core/module.hpp>
 #include <core/simulation.hpp>
 #include <drivers/input.hpp>
 

@@ -6,6 +6,7 @@
 #include <core/node_sum.hpp>
 #include <core/particles.hpp>
 #include <core/power.hpp>
+#include <core/products.hpp>
 #include <core/profile.hpp>
 
 #include <Cabana_Core.hpp>

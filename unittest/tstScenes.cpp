@@ -3,7 +3,7 @@
 #include "few_turns.hpp"
 #include "scenes.hpp"
 
-#include <boundary/shape.hpp>
+#include <boundary/shape_input.hpp>
 #include <core/exact.hpp>
 #include <core/report.hpp>
 

@@ -1,6 +1,7 @@
 // Sums whose bits do not depend on order: scalars and node fields.
 #include <core/basis.hpp>
 #include <core/node_sum.hpp>
+#include <core/products.hpp>
 #include <core/random.hpp>
 #include <core/reproducible_sum.hpp>
 

@@ -1,5 +1,6 @@
 #include "recording.hpp"
 
+#include <core/module.hpp>
 #include <core/particles.hpp>
 #include <core/profile.hpp>
 #include <core/simulation.hpp>

@@ -8,7 +8,7 @@
 
 #include "euler.hpp"
 
-#include <boundary/shape.hpp>
+#include <boundary/shape_input.hpp>
 #include <core/grid.hpp>
 #include <core/module.hpp>
 #include <physics/initial/initial_state.hpp>

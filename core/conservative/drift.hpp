@@ -7,7 +7,7 @@
 #define MACHPOINT_CONSERVATIVE_DRIFT_HPP
 
 #include <core/basis.hpp>
-#include <core/module.hpp>
+#include <core/state.hpp>
 #include <core/soundness.hpp>
 
 namespace Machpoint

@@ -1,0 +1,41 @@
+/*!
+  \file series.hpp
+  \brief Layer 2: time series that are written with the output.
+*/
+#ifndef MACHPOINT_SERIES_HPP
+#define MACHPOINT_SERIES_HPP
+
+#include <core/archive.hpp>
+
+#include <string>
+#include <vector>
+
+namespace Machpoint
+{
+
+//! A time series that a module reports, one row per step, the same on all
+//! ranks.
+struct Series
+{
+    std::string name;                      //!< file name without suffix
+    std::vector<std::string> columns;      //!< first is time
+    std::vector<std::vector<double>> rows; //!< [steps][columns]
+
+    //! Writes the rows, or reads them.
+    void checkpoint( Archive& archive )
+    {
+        std::vector<double> values;
+        for ( const auto& row : rows )
+            values.insert( values.end(), row.begin(), row.end() );
+        archive.table( "series", values, columns.size() );
+        rows.clear();
+        for ( auto row = values.begin(); row != values.end();
+              row += static_cast<std::ptrdiff_t>( columns.size() ) )
+            rows.emplace_back(
+                row, row + static_cast<std::ptrdiff_t>( columns.size() ) );
+    }
+};
+
+} // namespace Machpoint
+
+#endif

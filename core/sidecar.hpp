@@ -1,0 +1,190 @@
+/*!
+  \file sidecar.hpp
+  \brief Layer 2: state of particles that one effect alone needs.
+*/
+#ifndef MACHPOINT_SIDECAR_HPP
+#define MACHPOINT_SIDECAR_HPP
+
+#include <core/member_rows.hpp>
+#include <core/migration.hpp>
+
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace Machpoint
+{
+
+//! State that one effect alone needs, one entry per particle. Removal,
+//! insertion and migration carry every sidecar along, and sorting all that no
+//! step renews.
+class SidecarBase
+{
+  public:
+    virtual ~SidecarBase() = default;
+    //! Makes room for n particles.
+    //! \param clears are new entries zero? Else the caller writes them.
+    virtual void resize( std::size_t n, bool clears ) = 0;
+    //! Reorders all entries. \param scratch memory that the caller lends
+    virtual void permute( const ParticleBins& bins,
+                          const Scratch& scratch ) = 0;
+    //! Copies entry from(k) onto entry to(k) for k < count.
+    virtual void move( const IndexList& from, const IndexList& to,
+                       int count ) = 0;
+    //! Zeros those of some rows. \param rows less than 0: none
+    virtual void forget( const IndexList& rows ) = 0;
+    //! \name A step, as in Particles, if one changes the entries
+    //! @{
+    virtual void beginStep( bool keeps ) = 0;
+    virtual void endStep() = 0;
+    //! \param n number of particles before the step
+    virtual void restore( std::size_t n ) = 0;
+    virtual void save() = 0;
+    //! @}
+#ifdef MACHPOINT_ENABLE_MPI
+    //! \name On the way to another rank, as in Migration
+    //! @{
+    virtual int words() const = 0;
+    virtual void pack( Migration& migration, const IndexList& rows ) const = 0;
+    virtual void unpack( Migration& migration, int first ) const = 0;
+    //! @}
+#endif
+    //! Writes all entries, or reads n. \throws ArchiveError
+    virtual void checkpoint( Archive& archive, std::size_t n ) = 0;
+    //! Bytes held.
+    virtual std::size_t bytes() const = 0;
+};
+
+//! What a step, from drift to G2P, does to a sidecar.
+enum class DuringStep
+{
+    changes, //!< its repetition needs the old values
+    stays,   //!< nothing
+    renews //!< it makes all anew before it reads it; a sort, which follows the
+           //!< limits of dt, leaves it out
+};
+
+//! A sidecar with the given members (Cabana::MemberTypes).
+template <class Members>
+class Sidecar : public SidecarBase
+{
+  public:
+    using aosoa_type = ParticleArray<Members>;
+
+    //! \param label what the memory is called in a profile
+    //! \param names of the members in a checkpoint; null: numbers below label
+    Sidecar( const std::string& label, const std::size_t n,
+             const DuringStep during_step, const char* const* names = nullptr )
+        : _label( label ), _during_step( during_step ), _names( names ),
+          _aosoa( label ), _spare( label )
+    {
+        resize( n, true );
+    }
+    void resize( const std::size_t n, const bool clears ) override
+    {
+        const int old = static_cast<int>( _aosoa.size() );
+        Impl::resizeWithSlack( _aosoa, n );
+        auto aosoa = _aosoa;
+        if ( clears && static_cast<int>( n ) > old )
+            Kokkos::parallel_for(
+                "Machpoint::clearSidecar", Range( old, static_cast<int>( n ) ),
+                MACHPOINT_LAMBDA( const int p ) {
+                    aosoa.setTuple( p, typename aosoa_type::tuple_type{} );
+                } );
+    }
+    void permute( const ParticleBins& bins, const Scratch& scratch ) override
+    {
+        if ( _during_step != DuringStep::renews )
+            Impl::permute( bins, _aosoa, scratch );
+    }
+    void move( const IndexList& from, const IndexList& to,
+               const int count ) override
+    {
+        Impl::moveTuples( _aosoa, from, to, count );
+    }
+    void forget( const IndexList& rows ) override
+    {
+        const auto aosoa = _aosoa;
+        forEach(
+            "Machpoint::clearSidecar", rows.extent_int( 0 ),
+            MACHPOINT_LAMBDA( const int k ) {
+                if ( rows( k ) >= 0 )
+                    aosoa.setTuple( rows( k ),
+                                    typename aosoa_type::tuple_type{} );
+            } );
+    }
+    void beginStep( const bool keeps ) override
+    {
+        _keeps = keeps && _during_step == DuringStep::changes;
+        if ( _keeps )
+            Impl::resizeWithSlack( _spare, _aosoa.size() );
+    }
+    void endStep() override
+    {
+        if ( _keeps )
+            std::swap( _aosoa, _spare );
+        _keeps = false;
+    }
+    void restore( const std::size_t n ) override
+    {
+        if ( _during_step == DuringStep::changes )
+            std::swap( _aosoa, _spare );
+        else
+            resize( n, true );
+    }
+    void save() override
+    {
+        if ( _during_step == DuringStep::changes )
+            Impl::copyParticles( _spare, _aosoa );
+    }
+#ifdef MACHPOINT_ENABLE_MPI
+    int words() const override
+    {
+        return words_of<aosoa_type>;
+    }
+    void pack( Migration& migration, const IndexList& rows ) const override
+    {
+        migration.pack( _aosoa, rows );
+    }
+    void unpack( Migration& migration, const int first ) const override
+    {
+        migration.unpack( _aosoa, first );
+    }
+#endif
+    void checkpoint( Archive& archive, const std::size_t n ) override
+    {
+        std::optional<Archive::Group> group;
+        if ( !_names )
+            group.emplace( archive, _label );
+        Impl::checkpointMembers( archive, _names, _aosoa );
+        if ( _aosoa.size() != n )
+            throw ArchiveError( _label + " has another length" );
+    }
+    std::size_t bytes() const override
+    {
+        return ( _aosoa.numSoA() + _spare.numSoA() ) *
+               sizeof( typename aosoa_type::soa_type );
+    }
+    //! The data, for slices.
+    aosoa_type& data()
+    {
+        return _aosoa;
+    }
+    //! Where a step writes all members anew.
+    aosoa_type& next()
+    {
+        return _keeps ? _spare : _aosoa;
+    }
+
+  private:
+    std::string _label;
+    DuringStep _during_step;
+    const char* const* _names;
+    bool _keeps = false;
+    aosoa_type _aosoa;
+    aosoa_type _spare; // the other state
+};
+
+} // namespace Machpoint
+
+#endif
