@@ -37,6 +37,7 @@ class Inflow : public SideBoundary<Dim>
         p.integer( "buffer", "cells next to the side that keep the "
                              "stream's state" )
             .atLeast( 1 )
+            .atMost( 1e8 )
             .defaultsTo( 2 );
         return p;
     }
@@ -70,6 +71,14 @@ class Inflow : public SideBoundary<Dim>
                 return part.depth( grid, x ) < width &&
                        part.contains( grid, x );
             } );
+    }
+
+    //! What enters must not go further than the gas that is there. (A hair
+    //! more, as gas of the stream's own speed limits the step by itself.)
+    Real limitTimeStep( State<Dim>& state ) override
+    {
+        return 1.000001_rt * static_cast<Real>( state.cfl ) *
+               state.grid.minSpacing() / _stream.fastest;
     }
 
     void applyToGrid( State<Dim>&, const GridVelocity& velocity ) override

@@ -334,8 +334,9 @@ inline void checkShape( const Json& resolved, const std::string& where,
         Real square = 0;
         for ( const Json& component : resolved.at( "normal" ) )
             square += std::pow( component.get<Real>(), 2 );
-        if ( !( square > 0 ) )
-            report( "normal", "must have a direction, not be zero" );
+        if ( !( square > 0 && std::isfinite( square ) ) )
+            report( "normal", "must have a direction, and neither be zero nor "
+                              "too large to square" );
     }
     else if ( type == "polygon" )
     {

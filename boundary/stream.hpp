@@ -18,6 +18,7 @@ struct Stream
     Vector<Dim> velocity{};
     Real pressure = 0;
     Real specific_internal_energy = 0;
+    Real fastest = 0; //!< |v| + c, length/time
 
     //! Declares `density`, `velocity`, `pressure`.
     static void declareState( Parameters& p )
@@ -39,6 +40,10 @@ struct Stream
           specific_internal_energy(
               gas.specificInternalEnergy( density, pressure ) )
     {
+        const auto response = gas.response();
+        fastest = Kokkos::sqrt( dot<Dim>( velocity, velocity ) ) +
+                  Kokkos::sqrt( response.exponent *
+                                ( pressure + response.reference ) / density );
     }
 
     //! Gives particle p this state; its mass stays.

@@ -272,8 +272,9 @@ class Halo
     }
 
     //! Copies images into the halo: what lies beyond walls and open sides, and
-    //! periodic images on this rank. What neighbours own a field has that was
-    //! folded, or made of such. \param field [nodes][N]
+    //! periodic images on this rank; on a wall what is its own negative is 0.
+    //! What neighbours own a field has that was folded, or made of such.
+    //! \param field [nodes][N]
     template <std::size_t N>
     void fillSides( const NodeView& field,
                     const NodeComponents<N>& components ) const
@@ -303,7 +304,6 @@ class Halo
     // device lambda to be accessible.
     struct FoldNode
     {
-        static constexpr bool self_image = true;
         KOKKOS_INLINE_FUNCTION void operator()( const NodeView& field,
                                                 const int node, const int image,
                                                 const int c,
@@ -330,13 +330,15 @@ class Halo
     };
     struct FillNode
     {
-        static constexpr bool self_image = false;
         KOKKOS_INLINE_FUNCTION void operator()( const NodeView& field,
                                                 const int node, const int image,
                                                 const int c,
                                                 const Real sign ) const
         {
-            field( node, c ) = sign * field( image, c );
+            if ( node != image )
+                field( node, c ) = sign * field( image, c );
+            else if ( sign < 0 ) // what is its own negative
+                field( node, c ) = 0;
         }
     };
 
@@ -386,14 +388,14 @@ class Halo
                     {
                         for ( int i = -halo; i < first; ++i )
                             image( i, -i - shift, lower );
-                        if ( on_side == 1 && Operation::self_image )
+                        if ( on_side == 1 )
                             image( first, first, lower );
                     }
                     if ( upper != SideKind::periodic )
                     {
                         for ( int i = first + cells + on_side; i < end; ++i )
                             image( i, 2 * cells - i - shift, upper );
-                        if ( on_side == 1 && Operation::self_image )
+                        if ( on_side == 1 )
                             image( first + cells, first + cells, upper );
                     }
                     // The other end may belong to another rank.

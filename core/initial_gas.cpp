@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+
 namespace Machpoint
 {
 
@@ -33,7 +36,7 @@ std::unique_ptr<InitialState> makeInitialState( const Json& json,
 } // namespace
 
 template <int Dim>
-InitialGas<Dim>::InitialGas( const Json& input )
+InitialGas<Dim>::InitialGas( const Json& input ) : _law( findGasLaw( input ) )
 {
     const SceneFacts facts{ Dim, input };
     for ( const auto& json : input.at( "initial" ) )
@@ -68,6 +71,33 @@ GasState InitialGas<Dim>::at( const Vector<Dim>& x, Gradient& gradient ) const
         if ( entry.is_everywhere || entry.region.distance( x ) < 0 )
             entry.state->apply( place, gas, gradient );
     return gas;
+}
+
+template <int Dim>
+std::string InitialGas<Dim>::fault( const Vector<Dim>& x,
+                                    const GasState& gas ) const
+{
+    const double least = _law ? -_law->pressure_offset
+                              : -std::numeric_limits<double>::infinity();
+    const double square = dot<3>( gas.velocity, gas.velocity );
+    constexpr double smallest = 1 / largest_quantity, most = largest_quantity;
+    if ( gas.density == 0 ||
+         ( gas.density > smallest && gas.density < most &&
+           gas.pressure >= least && gas.pressure < most &&
+           gas.pressure / gas.density < most && square < most ) )
+        return {};
+    std::size_t last = 0; // entry that reaches x
+    for ( std::size_t k = 0; k < _entries.size(); ++k )
+        if ( _entries[k].is_everywhere || _entries[k].region.distance( x ) < 0 )
+            last = k;
+    std::string place;
+    for ( int d = 0; d < Dim; ++d )
+        place += fmt::format( "{}{:.6g}", d ? ", " : "", x[d] );
+    return fmt::format(
+        "/initial/{}: no gas has the density {:.6g}, pressure {:.6g} and speed "
+        "{:.6g} that are asked for at ({}); change the entry's numbers, or the "
+        "domain",
+        last, gas.density, gas.pressure, std::sqrt( square ), place );
 }
 
 template class InitialGas<1>;

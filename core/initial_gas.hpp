@@ -9,6 +9,8 @@
 #include <physics/initial/initial_state.hpp>
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace Machpoint
@@ -26,6 +28,10 @@ class InitialGas
     //! \param[out] gradient of the velocity
     GasState at( const Vector<Dim>& x, Gradient& gradient ) const;
 
+    //! Why there is no such gas, where, and what to do; empty if there is.
+    //! \param gas at x
+    std::string fault( const Vector<Dim>& x, const GasState& gas ) const;
+
   private:
     using HostShape = Shape<Dim, Kokkos::HostSpace>;
     struct Entry
@@ -35,6 +41,7 @@ class InitialGas
         HostShape region; // otherwise
     };
     std::vector<Entry> _entries;
+    std::optional<GasLaw> _law;
 };
 
 } // namespace Machpoint

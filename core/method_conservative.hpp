@@ -232,18 +232,15 @@ struct Conservative : MethodDefaults
         const bool limits = parts.limits( state.viscosity.acts );
         if ( limits )
         {
-            {
-                // Measures the motion in passing, which goes on its account.
-                const Profile::Effect effect( "viscosity limiter" );
-                Impl::measureMotion<true>( state, storage.faces,
-                                           parts.least_filling );
-            }
-            state.halo.fillSides( storage.faces,
-                                  Impl::allFaceComponents<Dim>() );
+            // Measures the motion in passing, which goes on its account.
+            const Profile::Effect effect( "viscosity limiter" );
+            Impl::measureMotion<true>( state, storage.faces,
+                                       parts.least_filling );
         }
         else
             Impl::measureMotion<false>( state, storage.faces,
                                         parts.least_filling );
+        state.halo.fillSides( storage.faces, Impl::allFaceComponents<Dim>() );
         // Images read what their particles were.
         if ( state.images.count > 0 )
             state.ledger.energy_in +=

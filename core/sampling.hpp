@@ -184,6 +184,8 @@ GridData sampleGrid( const State<Dim>& state )
             continue;
         data.density[n] = host( row, 0 ) / host( row, 1 );
         data.pressure[n] = host( row, 2 ) / host( row, 1 );
+        if ( !( host( row, 0 ) > 0 ) ) // it rounds to none
+            continue;
         data.specific_internal_energy[n] = host( row, 3 ) / host( row, 0 );
         for ( int d = 0; d < Dim; ++d )
             data.velocity[n * Dim + d] = host( row, 4 + d ) / host( row, 0 );

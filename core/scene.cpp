@@ -301,7 +301,21 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
     const InitialGas<Dim> initial( input );
     auto& state = scene.state;
     std::size_t count = 0;
-    forEachNewParticle( initial, scene, [&]( const auto&... ) { ++count; } );
+    std::string fault;
+    forEachNewParticle(
+        initial, scene,
+        [&]( const auto, const auto& x, const auto& gas, const auto& )
+        {
+            ++count;
+            if ( fault.empty() )
+                fault = initial.fault( x, gas );
+        } );
+    const auto& comm = state.decomposition.comm();
+    const double first_fault =
+        comm.min( fault.empty() ? comm.size() : comm.rank() );
+    if ( first_fault < comm.size() )
+        throw InputError(
+            { comm.from( static_cast<int>( first_fault ), fault ) } );
     if ( state.decomposition.comm().sum( static_cast<std::int64_t>( count ) ) ==
          0 )
         throw InputError(

@@ -31,6 +31,15 @@ namespace Machpoint
 namespace
 {
 
+constexpr auto out_of_memory =
+    "out of memory; take fewer cells or particles per cell";
+
+//! Of an option's text: that of an unset shell variable is none.
+const CLI::Validator
+    not_empty( []( const std::string& text )
+               { return text.empty() ? "must not be empty" : std::string(); },
+               "" );
+
 //! A heading of `list` and what stands below it.
 struct Section
 {
@@ -262,15 +271,18 @@ int runCommandLine( int argc, char** argv )
     bool is_dry = false;
     auto& run_command = *app.add_subcommand( "run", "run a scene" );
     addInput( run_command );
-    run_command.add_option( "--output", options.output,
-                            "directory for the results (default out/<scene>)" );
+    run_command
+        .add_option( "--output", options.output,
+                     "directory for the results (default out/<scene>)" )
+        ->check( not_empty );
     run_command.add_flag( "--overwrite", options.overwrite,
                           "replace the results of a former run" );
     run_command
         .add_option( "--restart", options.restart,
                      "go on from a checkpoint: a file, or \"latest\" for the "
                      "newest one of the output directory" )
-        ->type_name( "FILE" );
+        ->type_name( "FILE" )
+        ->check( not_empty );
     run_command
         .add_option( "--max-steps", options.max_steps, "end after step STEPS" )
         ->check( CLI::Range( std::int64_t( 0 ), options.max_steps, "STEPS" ) );
@@ -293,19 +305,23 @@ int runCommandLine( int argc, char** argv )
                                       "what effects cost" );
     study_command.add_option( "STUDY", file, "JSON file of the study" )
         ->required();
-    study_command.add_option( "--output", study_options.output,
-                              "directory for the results (default "
-                              "out/studies/<study>)" );
+    study_command
+        .add_option( "--output", study_options.output,
+                     "directory for the results (default "
+                     "out/studies/<study>)" )
+        ->check( not_empty );
     study_command
         .add_option( "--target", study_options.target,
                      "find and run what is fastest with such an error, as in "
                      "density.L1=1e-3" )
-        ->type_name( "NAME=VALUE" );
+        ->type_name( "NAME=VALUE" )
+        ->check( not_empty );
     study_command
         .add_option( "--budget", study_options.budget,
                      "find and run what is most accurate within a time, as in "
                      "20s, 3min, 1h" )
-        ->type_name( "TIME" );
+        ->type_name( "TIME" )
+        ->check( not_empty );
     study_command
         .add_option( "--clock", study_options.clock,
                      "what a run's time is: wall, or processor, which a busy "
@@ -369,12 +385,14 @@ int runCommandLine( int argc, char** argv )
     }
     catch ( const std::bad_alloc& )
     {
-        return failAlone(
-            ranks, "out of memory; take fewer cells or particles per cell",
-            wrong_input );
+        return failAlone( ranks, out_of_memory, wrong_input );
     }
     catch ( const std::exception& error )
     {
+        // Kokkos has no type for it.
+        if ( std::string( error.what() ).find( "failed to allocate" ) !=
+             std::string::npos )
+            return failAlone( ranks, out_of_memory, wrong_input );
         return failAlone( ranks,
                           fmt::format( "unexpected error: {}", error.what() ),
                           numerical_failure );

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +22,14 @@
 
 namespace Machpoint
 {
+
+namespace
+{
+//! Numbers of steps are counted as int.
+constexpr double most_steps = 1e9;
+//! Outputs of a run.
+constexpr double most_outputs = 1e8;
+} // namespace
 
 Parameters inputParameters( const int dimension )
 {
@@ -74,6 +83,7 @@ Parameters inputParameters( const int dimension )
             "sort_every",
             "steps between sorts by cell, of particles that are out of order" )
         .atLeast( 1 )
+        .atMost( most_steps )
         .defaultsTo( 20 );
 
     Parameters time( "time", "length of the run and of its steps", dimension );
@@ -98,12 +108,14 @@ Parameters inputParameters( const int dimension )
         .integerVector( "ranks", "ranks along each axis; by default the boxes "
                                  "with the least area of cuts" )
         .atLeast( 1 )
+        .atMost( 1e6 )
         .optional();
     Parameters balance( "balance", "boxes that follow the gas", dimension );
     balance
         .integer( "every", "steps between looks at the ranks' loads; 0: boxes "
                            "of equal numbers of cells for ever" )
         .atLeast( 0 )
+        .atMost( most_steps )
         .defaultsTo( 20 );
     balance
         .number( "threshold", "largest over mean load of the ranks above which "
@@ -153,6 +165,7 @@ Parameters inputParameters( const int dimension )
         .optional();
     checkpoint.integer( "keep", "how many checkpoints are kept, the last ones" )
         .atLeast( 1 )
+        .atMost( most_steps )
         .defaultsTo( 2 );
 
     Parameters all( "input", "a run of machpoint", dimension );
@@ -212,6 +225,7 @@ class Checker
     void check()
     {
         checkScene();
+        checkOutput();
         checkMethod();
         checkGrid();
         checkParticles();
@@ -236,13 +250,27 @@ class Checker
     void checkFileName( const Json& name, const std::string& place )
     {
         const auto text = name.get<std::string>();
+        const bool is_printed =
+            std::all_of( text.begin(), text.end(),
+                         []( const unsigned char c ) { return c >= ' '; } );
         if ( text.find_first_of( "/\\" ) != std::string::npos || text == "." ||
-             text == ".." )
+             text == ".." || !is_printed )
             error( place, "names a file or directory, so it must hold no "
-                          "slash" );
+                          "slash and no control character" );
     }
 
     void checkScene() { checkFileName( _input.at( "scene" ), "/scene" ); }
+
+    void checkOutput()
+    {
+        const double end = _input.at( "time" ).at( "end" );
+        const double every = _input.at( "output" ).value( "every", end );
+        if ( end / every > most_outputs )
+            error( "/output/every",
+                   fmt::format( "{:g} asks for {:.3g} outputs until time.end; "
+                                "take {:.3g} or more",
+                                every, end / every, end / most_outputs ) );
+    }
 
     //! Keys that `conservative` alone understands.
     void checkMethod()

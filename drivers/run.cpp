@@ -301,6 +301,12 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( restart )
     {
         resume( *restart, checkpoint );
+        if ( simulation->time() > end * ( 1 + 1e-12 ) )
+            throw InputError( { fmt::format(
+                "/time/end: {:.6g} lies before t = {:.6g}, which {} has; give "
+                "a "
+                "later one, or a former checkpoint",
+                end, simulation->time(), restart->file.string() ) } );
         onRoot( ranks,
                 [&] {
                     removeCheckpointsAfter( checkpoints, simulation->steps() );

@@ -281,6 +281,9 @@ class Reader
         }
         // Of a study's runs the summary is wanted; how much is written, and
         // how often, would be part of the time.
+        // Settings go into objects that are there.
+        if ( !_input.is_null() && !_scene.contains( "method" ) )
+            _scene["method"] = Json::object();
         if ( !_input.is_null() )
             _scene["output"] = { { "particles", false }, { "grid", false } };
     }
@@ -377,16 +380,41 @@ class Reader
                       fmt::format( "expected {} number(s), as the scene has "
                                    "{} axes",
                                    dimension, dimension ) );
+            checkInside( fmt::format( "/probes/{}", k ), probes[k] );
             if ( !names.insert( probeColumn( probes[k] ) ).second )
                 fail( fmt::format( "/probes/{}/name", k ),
                       "is that of another probe" );
         }
     }
 
+    //! A value is taken at a place of the domain.
+    void checkInside( const std::string& place, const Json& probe )
+    {
+        const auto& grid = _input.at( "grid" );
+        for ( const auto* key : { "at", "from", "to" } )
+        {
+            if ( !probe.contains( key ) ||
+                 probe.at( key ).size() != grid.at( "lower" ).size() )
+                continue;
+            for ( std::size_t d = 0; d < probe.at( key ).size(); ++d )
+                if ( const double x = probe.at( key ).at( d );
+                     x < grid.at( "lower" ).at( d ).get<double>() ||
+                     x > grid.at( "upper" ).at( d ).get<double>() )
+                    fail( fmt::format( "{}/{}/{}", place, key, d ),
+                          fmt::format( "{:g} is outside the domain, which "
+                                       "reaches from {} to {}",
+                                       x, grid.at( "lower" ).at( d ).dump(),
+                                       grid.at( "upper" ).at( d ).dump() ) );
+        }
+    }
+
     //! The values that are known: of columns, the error's among them.
     void checkKnown()
     {
-        const auto& values = _json.at( "reference" ).at( "values" );
+        const auto& reference = _json.at( "reference" );
+        if ( !reference.contains( "values" ) )
+            return; // which has been told
+        const auto& values = reference.at( "values" );
         const auto names = columnErrors( _input, _json.at( "probes" ) );
         const auto fits = [&]( const auto& item )
         {
@@ -469,7 +497,8 @@ class Reader
     void makeRuns()
     {
         _study.name = _json.at( "study" );
-        if ( _study.name.find_first_of( "/\\" ) != std::string::npos )
+        if ( _study.name.find_first_of( "/\\" ) != std::string::npos ||
+             _study.name == "." || _study.name == ".." )
             fail( "/study", "names a directory, so it must hold no slash" );
         _study.error = _json.at( "error" );
         _study.repeats = _json.at( "repeats" );

@@ -160,6 +160,9 @@ class Survey
             {
                 const auto x = center( i );
                 const auto gas = gasAt( x );
+                if ( const auto fault = _initial.fault( x, gas );
+                     !fault.empty() )
+                    throw InputError( { fault } );
                 _gas[flat] = gas;
                 if ( gas.density > 0 )
                 {

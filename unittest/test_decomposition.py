@@ -56,6 +56,17 @@ SCENES = {
     "recycled stream": ("cylinder_mach3_recycle", {
         "grid.cells": [60, 30], **method("paper", "quadratic")}, 30),
     "gravity": ("gravity_column", {}, 20),
+    # Halves of what is longer than its cell is wide.
+    "halves in narrow cells": ("filling", {
+        "grid.cells": [128, 4], "initial": [
+            {"type": "uniform", "density": 1, "velocity": [speed, 0],
+             "pressure": 1, "region": {"type": "box", "lower": [lower, -1],
+                                       "upper": [lower + 0.2, 2]}}
+            for speed, lower in ((-3, 0.3), (3, 0.5))]}, 60),
+    "heavy gas at a body": ("cylinder_mach3", {
+        "grid.cells": [60, 30], "physics": [
+            {"type": "ideal_gas"}, {"type": "artificial_viscosity"},
+            {"type": "gravity", "acceleration": [0.2, -0.5]}]}, 30),
     "blast in 3D": ("sedov_3d", {"grid.cells": [16, 18, 20]}, 12),
     # The kind of a side changes, at a corner of periodic sides too.
     "side of two kinds": ("isentropic_vortex", {

@@ -244,6 +244,26 @@ TEST( Images, carryAColumn )
     EXPECT_NEAR( force, -1, 1e-3 );
 }
 
+// Walls that hold the gas do no work, with or without the limiter, and with
+// nodes on the wall (linear, cubic) or beside it.
+TEST( NoSlipWall, keepsEnergy )
+{
+    for ( const auto& basis : bases )
+        for ( const bool limits : { false, true } )
+        {
+            auto input = box( 2, 8, 2, "conservative", basis, "no_slip_wall" );
+            addViscosity( input );
+            input["method"]["viscosity_limiter"] = limits;
+            input["initial"][0]["velocity"] = { 0.3, 0.3 };
+            auto run = simulate( input );
+            const Real before = run->totals().energy();
+            advanceTo( *run, 0.3 );
+            EXPECT_NEAR( run->totals().energy() / before, 1,
+                         tolerance( 1e-14 ) )
+                << basis << limits;
+        }
+}
+
 struct Part
 {
     const char* key;

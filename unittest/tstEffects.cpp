@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <map>
 #include <set>
 #include <thread>
@@ -161,7 +162,7 @@ TEST( Effects, bareConservativeLaunchesItsOwnKernelsOnly )
     expected["Machpoint::clearSidecar"] = 3;
     expected["Machpoint::depositParticles"] = 20;
     expected["Machpoint::fold"] = 40;
-    expected["Machpoint::fill"] = 80; // moments, and v with v'
+    expected["Machpoint::fill"] = 120; // moments, v with v', their motion
     expected["Machpoint::measureMotion"] = 20;
     expected["Machpoint::applyPressure"] = 20;
     expected["Machpoint::stableTimeStep"] = 5;
@@ -491,8 +492,10 @@ TEST( Effects, aGasFromOutsideRuns )
     ASSERT_EQ( a.id.size(), b.id.size() );
     for ( std::size_t p = 0; p < a.id.size(); ++p )
         EXPECT_NEAR( a.pressure[p], b.pressure[p], tolerance( 1e-11 ) );
-    // Sound is faster in it, so its steps are shorter.
-    EXPECT_GT( some->steps(), ideal->steps() );
+    // Sound is faster in it, and so the gas between the waves another.
+    EXPECT_GT( std::abs( largest( some->particleData().velocity ) -
+                         largest( a.velocity ) ),
+               1e-3 );
 
     own["exact"] = { { "type", "riemann" } };
     try

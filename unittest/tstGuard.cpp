@@ -332,10 +332,10 @@ TEST( Guard, namesWhatIsWrongAtTheStart )
     {
         simulate( input );
     }
-    catch ( const NumericalFailure& failure )
+    catch ( const InputError& error )
     {
-        const std::string text = failure.what();
-        for ( const auto& part : { "step 0", "t = 0", "particle ", " at (0." } )
+        const std::string text = error.what();
+        for ( const auto& part : { "/initial/0", "speed", " at (0." } )
             EXPECT_NE( text.find( part ), std::string::npos ) << text;
         return;
     }

@@ -228,6 +228,36 @@ TEST( OpenScene, massBalances )
         }
 }
 
+// A stream that is faster than all gas in the domain still enters cell by cell.
+TEST( OpenScene, aFastStreamLimitsTheStep )
+{
+    for ( const auto& method : { "paper", "apic", "conservative" } )
+    {
+        auto input = box( 2, 12, 2, method, "quadratic", "slip_wall" );
+        input["initial"][0]["pressure"] = 1e-4;
+        input["initial"][0]["region"] = { { "type", "box" },
+                                          { "lower", { 0.7, 0.3 } },
+                                          { "upper", { 0.9, 0.6 } } };
+        input["time"]["cfl"] = 0.5;
+        input["boundary"][0] = { { "type", "inflow" },
+                                 { "side", "x_lower" },
+                                 { "density", 1.4 },
+                                 { "velocity", { 29, 0 } },
+                                 { "pressure", 1 } };
+        input["boundary"][1]["type"] = "outflow";
+        auto run = simulate( input );
+        advance( *run, 1 );
+        EXPECT_NEAR( run->timeStep(), 0.2 * 0.5 / 12 / 30, 1e-7 ) << method;
+        advance( *run, 20 );
+        EXPECT_LE( run->timeStep(), 0.5001 / 12 / 30 ) << method;
+        for ( const Real x : run->particleData().position )
+        {
+            EXPECT_GE( x, 0 ) << method;
+            EXPECT_LT( x, 1 ) << method;
+        }
+    }
+}
+
 // A recycled particle keeps its mass; none is lost or made.
 TEST( OpenScene, recycleKeepsEveryParticle )
 {

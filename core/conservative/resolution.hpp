@@ -32,6 +32,11 @@ enum HistoryMember : std::size_t
 namespace Impl
 {
 
+//! How far a half stands from where its particle was at most, cells. What lies
+//! that far beyond its rank's box, and drifts for half a step, is still within
+//! the cell beyond the box whose nodes the rank has (Conservative::reach).
+inline constexpr Real most_split_offset = 0.46_rt;
+
 /*!
   \brief New ids for the children of the given particles, in the order of their
   parents' ids over all ranks, so that they depend neither on the number of
@@ -114,11 +119,11 @@ Real largeVolume( const State<Dim>& state, const ConservativeParts& parts )
 
 /*!
   \brief Halves particles larger than state.large_volume along the axis of the
-  largest stretch S: offsets +- V^(1/Dim) e^S / 4, at most to the sides of the
-  domain. The halves keep v, C and e; mass, momentum, energy and volume stay
-  (on hats, what the affine energy loses becomes heat). Looks for them where a
-  kernel has told of one.
-  \param new_ids scratch
+  largest stretch S: offsets +- V^(1/Dim) e^S / 4, at most most_split_offset of
+  a cell and to the sides of the domain. The halves keep v, C and e; mass,
+  momentum, energy and volume stay (on hats, what the affine energy loses
+  becomes heat). Looks for them where a kernel has told of one. \param new_ids
+  scratch
 */
 template <int Dim>
 void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
@@ -201,7 +206,8 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
             for ( int a = 0; a < Dim; ++a )
                 if ( u[a] != 0 )
                     offset = Kokkos::min(
-                        offset,
+                        Kokkos::min( offset,
+                                     most_split_offset * grid.spacing[a] ),
                         0.999_rt * Kokkos::min( x( p, a ) - grid.lower[a],
                                                 grid.upper[a] - x( p, a ) ) );
             offset = Kokkos::max( offset, 0.0_rt );
