@@ -265,7 +265,7 @@ class Inflow : public SideBoundary<Dim>
                 forEachOf( pack,
                            [&]( const int p )
                            {
-                               const auto y = get<Dim>( x, p );
+                               const auto y = loadVector<Dim>( x, p );
                                if ( part.depth( grid, y ) < width &&
                                     part.contains( grid, y ) )
                                    stream.impose( p, v, L, m, V, e );

@@ -125,7 +125,7 @@ class Obstacle : public Module<Dim>
             "Machpoint::mirrorParticles", near, few_particles,
             MACHPOINT_LAMBDA( const int i, int& k, const bool final ) {
                 const int p = rows( i );
-                const auto y = get<Dim>( x, p );
+                const auto y = loadVector<Dim>( x, p );
                 const auto nearest = shape.nearest( y );
                 const Mirror<Dim> mirror{ nearest.normal, nearest.distance };
                 const auto image = mirror.point( y );
@@ -208,7 +208,7 @@ class Obstacle : public Module<Dim>
             MACHPOINT_LAMBDA( const int k, ReproducibleSum& pV,
                               ReproducibleSum& sum ) {
                 const int p = rows( k );
-                Vector<Dim> y = get<Dim>( x, p );
+                Vector<Dim> y = loadVector<Dim>( x, p );
                 Real distance = shape.distance( y );
                 if ( distance > h )
                     return;
@@ -262,7 +262,7 @@ class Obstacle : public Module<Dim>
         const int n = state.particles.size();
         auto isNear = MACHPOINT_LAMBDA( const int p )
         {
-            const auto y = get<Dim>( x, p );
+            const auto y = loadVector<Dim>( x, p );
             return shape.distanceBound( y ) <= reach &&
                    shape.distance( y ) <= reach;
         };

@@ -27,7 +27,7 @@ void markBeyond( State<Dim>& state, const SidePart<Dim>& part )
         "Machpoint::outflow", rows.extent_int( 0 ), few_particles,
         MACHPOINT_LAMBDA( const int k, ReproducibleSum& mass_sum ) {
             const int p = rows( k );
-            const auto y = get<Dim>( x, p );
+            const auto y = loadVector<Dim>( x, p );
             const Real depth = part.depth( grid, y );
             // On the upper side itself is beyond: it has no cell.
             if ( depth > 0 || ( depth == 0 && !part.upper() ) || id( p ) < 0 ||

@@ -52,7 +52,7 @@ class Wall : public SideBoundary<Dim>
             "Machpoint::wall", rows.extent_int( 0 ),
             MACHPOINT_LAMBDA( const int k ) {
                 const int p = rows( k );
-                const auto y = get<Dim>( x, p );
+                const auto y = loadVector<Dim>( x, p );
                 const Real depth = part.depth( grid, y );
                 if ( ( depth >= 0 && y[axis] <= inside ) ||
                      !part.contains( grid, y ) )

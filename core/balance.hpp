@@ -120,7 +120,7 @@ SlabLoads countLoads( const Communicator& comm, const Grid<Dim>& grid,
     forEach(
         "Machpoint::countLoads", particles.size(),
         MACHPOINT_LAMBDA( const int p ) {
-            const auto y = get<Dim>( x, p );
+            const auto y = loadVector<Dim>( x, p );
             Kokkos::atomic_inc(
                 &counts( slab_of( y ), grid.cell( y[axis], axis ) ) );
         } );

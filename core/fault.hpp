@@ -79,7 +79,7 @@ Fault findFault( const State<Dim>& state )
             Vector<Dim> moved{};
             for ( int d = 0; d < Dim; ++d )
                 moved[d] = x( p, d ) - start( p, d );
-            const auto u = get<Dim>( v, p );
+            const auto u = loadVector<Dim>( v, p );
             if ( !isSound<Dim>( moved, u, V( p ), e( p ), spacing, least ) )
                 worst += Fault{
                     p, kindOfFault<Dim>( moved, u, V( p ), e( p ), least ) };

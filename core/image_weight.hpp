@@ -22,6 +22,39 @@ void layOutImageWeight( State<Dim>& state )
             makeNodeSum( "Machpoint::imageWeight", state, Dim );
 }
 
+namespace Impl
+{
+//! Adds m w (R g - g) of the images. \param sums the scatter of a field
+template <class Basis, int Dim, class Sums>
+void addImageWeight( const State<Dim>& state, const Sums& sums )
+{
+    const auto x = state.particles.template slice<Position>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto grid = state.grid;
+    const auto layout = state.layout;
+    const auto images = state.images;
+    const auto g = state.image_weight.acceleration;
+    forEach(
+        "Machpoint::addImageWeight", images.count,
+        MACHPOINT_LAMBDA( const int k ) {
+            const int p = images.particle( k );
+            const auto mirror = images.mirror( k );
+            const Stencil<Basis, Dim> s(
+                grid, layout, mirror.point( loadVector<Dim>( x, p ) ) );
+            const auto nodes = accessTo( sums.thread(), p, s, layout );
+            const auto turned = mirror.direction( g );
+            forEachNode( s, layout,
+                         [&]( const auto& i )
+                         {
+                             for ( int d = 0; d < Dim; ++d )
+                                 nodes( i.row, d ) +=
+                                     m( p ) * i.weight * ( turned[d] - g[d] );
+                         } );
+        },
+        few_particles );
+}
+} // namespace Impl
+
 /*!
   \brief Sums m w (R g - g) of the images: nodes get m g of all that is on them,
   and R g is due to an image. Collective where sums are reproducible.
@@ -29,37 +62,10 @@ void layOutImageWeight( State<Dim>& state )
 template <class Basis, int Dim>
 void depositImageWeight( State<Dim>& state )
 {
-    if ( !state.image_weight.acts )
-        return;
-    const auto x = state.particles.template slice<Position>();
-    const auto m = state.particles.template slice<Mass>();
-    const auto grid = state.grid;
-    const auto layout = state.layout;
-    const auto images = state.images;
-    const auto g = state.image_weight.acceleration;
-    state.image_weight.excess.deposit(
-        [&]( const auto& sums )
-        {
-            forEach(
-                "Machpoint::depositImageWeight", images.count,
-                MACHPOINT_LAMBDA( const int k ) {
-                    const int p = images.particle( k );
-                    const auto mirror = images.mirror( k );
-                    const Stencil<Basis, Dim> s(
-                        grid, layout, mirror.point( get<Dim>( x, p ) ) );
-                    const auto nodes = accessTo( sums.thread(), p, s, layout );
-                    const auto turned = mirror.direction( g );
-                    forEachNode( s, layout,
-                                 [&]( const auto& i )
-                                 {
-                                     for ( int d = 0; d < Dim; ++d )
-                                         nodes( i.row, d ) +=
-                                             m( p ) * i.weight *
-                                             ( turned[d] - g[d] );
-                                 } );
-                },
-                few_particles );
-        } );
+    if ( state.image_weight.acts )
+        state.image_weight.excess.deposit(
+            [&]( const auto& sums )
+            { Impl::addImageWeight<Basis>( state, sums ); } );
 }
 
 //! Adds to v' what images' weight is beyond that of their mass on the nodes.

@@ -53,8 +53,8 @@ class Module
     virtual void initialize( State<Dim>& ) {}
     //! Sets or adds to the pressure and sound speed of particles.
     virtual void particleState( State<Dim>& ) {}
-    //! Largest stable time step for this rank's gas; infinity when there is no
-    //! limit.
+    //! Largest stable time step for this rank's gas, state.cfl included where
+    //! it is due; infinity when there is no limit.
     virtual Real limitTimeStep( State<Dim>& )
     {
         return Kokkos::Experimental::infinity_v<Real>;

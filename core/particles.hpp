@@ -429,10 +429,7 @@ class Particles
         //! The rank to go to; -1 for none.
         KOKKOS_INLINE_FUNCTION int target( const int p ) const
         {
-            Vector<Dim> place{};
-            for ( int d = 0; d < Dim; ++d )
-                place[d] = x( p, d );
-            return id( p ) < 0 ? -1 : rank_of( place );
+            return id( p ) < 0 ? -1 : rank_of( loadVector<Dim>( x, p ) );
         }
         KOKKOS_INLINE_FUNCTION bool operator()( const int p ) const
         {
@@ -559,16 +556,6 @@ class Particles
     std::vector<std::unique_ptr<SidecarBase>> _sidecars;
     Sidecar<LastingMembers>& _lasting; // the first sidecar
 };
-
-//! Position of particle p, [Dim], from a position (or velocity) slice.
-template <int Dim, class SliceType>
-KOKKOS_INLINE_FUNCTION Vector<Dim> get( const SliceType& slice, const int p )
-{
-    Vector<Dim> x{};
-    for ( int d = 0; d < Dim; ++d )
-        x[d] = slice( p, d );
-    return x;
-}
 
 } // namespace Machpoint
 

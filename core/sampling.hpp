@@ -111,7 +111,8 @@ void sampleParticles( const State<Dim>& state, const Sums& sums )
     forEach(
         "Machpoint::sampleGrid", state.particles.size(),
         MACHPOINT_LAMBDA( const int p ) {
-            const Stencil<Basis, Dim> s( grid, layout, get<Dim>( x, p ) );
+            const Stencil<Basis, Dim> s( grid, layout,
+                                         loadVector<Dim>( x, p ) );
             const auto nodes = accessTo( sums.thread(), p, s, layout );
             forEachNode( s, layout,
                          [&]( const auto& i )

@@ -100,6 +100,89 @@ std::string near( const Vector<Dim>& x )
     return fmt::format( "near ({})", text );
 }
 
+//! \name What is wrong with a place of a side
+//! @{
+std::string gapAt( const std::string& side, const std::string& place )
+{
+    return fmt::format( "/boundary: no entry for side {} {}; add one, for "
+                        "example {{ \"type\": \"slip_wall\", \"side\": "
+                        "\"{}\" }}",
+                        side, place, side );
+}
+std::string overlapAt( const std::string& side, const std::string& place )
+{
+    return fmt::format( "/boundary: more than one entry for side {} {}; keep "
+                        "one, or give them regions that do not overlap",
+                        side, place );
+}
+//! @}
+
+//! The regions of a side's entries that have one.
+template <int Dim>
+std::vector<Shape<Dim, Kokkos::HostSpace>> regionsOf( const Json& input,
+                                                      const int side )
+{
+    std::vector<Shape<Dim, Kokkos::HostSpace>> regions;
+    for ( const auto& entry : input.at( "boundary" ) )
+        if ( entry.contains( "region" ) && entry.contains( "side" ) &&
+             sideNumber( entry.at( "side" ) ) == side )
+            regions.push_back(
+                makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) ) );
+    return regions;
+}
+
+//! Asks in the middle of each quarter of a cell of a side whose entries have
+//! regions, or of fewer parts where there were too many.
+template <int Dim>
+void checkSides( const Json& input )
+{
+    const auto grid = makeGrid<Dim>( input );
+    const auto names = sideNames( Dim );
+    std::vector<std::string> errors;
+    for ( int side = 0; side < 2 * Dim; ++side )
+    {
+        const int axis = side / 2;
+        const auto regions = regionsOf<Dim>( input, side );
+        if ( regions.empty() )
+            continue; // whole sides are counted where the input is read
+        constexpr int most = Dim == 3 ? 512 : 1 << 18;
+        Indices<Dim> parts{};
+        int count = 1;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            parts[d] = d == axis ? 1 : std::min( 4 * grid.cells[d], most );
+            count *= parts[d];
+        }
+        std::string gap, overlap;
+        for ( int k = 0; k < count; ++k )
+        {
+            Vector<Dim> x{};
+            int rest = k;
+            for ( int d = 0; d < Dim; ++d )
+            {
+                x[d] = grid.lower[d] + ( rest % parts[d] + 0.5_rt ) *
+                                           ( grid.upper[d] - grid.lower[d] ) /
+                                           parts[d];
+                rest /= parts[d];
+            }
+            x[axis] = side % 2 ? grid.upper[axis] : grid.lower[axis];
+            const auto claims =
+                std::count_if( regions.begin(), regions.end(),
+                               [&]( const auto& region )
+                               { return region.distance( x ) < 0; } );
+            auto& problem = claims == 0 ? gap : overlap;
+            if ( claims != 1 && problem.empty() )
+                problem = near<Dim>( x );
+        }
+        if ( !gap.empty() )
+            errors.push_back( gapAt( names[side], gap ) );
+        if ( !overlap.empty() )
+            errors.push_back( overlapAt( names[side], overlap ) );
+    }
+    if ( !errors.empty() )
+        throw InputError( errors );
+}
+
 /*!
   \brief What each node of each side of the whole domain is; the modules claim
   them. All ranks find the same, and the same errors.
@@ -142,15 +225,9 @@ std::vector<std::vector<SideKind>> claimSides( Scene<Dim>& scene,
                 scene.has_wall[axis] = 1;
         }
         if ( !gap.empty() )
-            errors.push_back( fmt::format(
-                "/boundary: no entry for side {} {}; add one, for example "
-                "{{ \"type\": \"slip_wall\", \"side\": \"{}\" }}",
-                names[side], gap, names[side] ) );
+            errors.push_back( gapAt( names[side], gap ) );
         if ( !overlap.empty() )
-            errors.push_back( fmt::format(
-                "/boundary: more than one entry for side {} {}; keep one, or "
-                "give them regions that do not overlap",
-                names[side], overlap ) );
+            errors.push_back( overlapAt( names[side], overlap ) );
     }
     if ( !errors.empty() )
         throw InputError( errors );
@@ -392,6 +469,19 @@ NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene )
 
 } // namespace
 
+void checkSides( const Json& input )
+{
+    switch ( input.at( "dimension" ).get<int>() )
+    {
+    case 1:
+        return checkSides<1>( input );
+    case 2:
+        return checkSides<2>( input );
+    default:
+        return checkSides<3>( input );
+    }
+}
+
 template <int Dim>
 void layOut( Scene<Dim>& scene )
 {
@@ -417,6 +507,7 @@ Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
                                                 : Placement::random;
     state.cfl = input.at( "time" ).at( "cfl" );
     state.reproducible = input.at( "reproducible" );
+    checkSides<Dim>( input );
     makeModules( input.at( "physics" ), physicsModules<Dim>(), scene );
     makeModules( input.at( "boundary" ), boundaryModules<Dim>(), scene );
     // Bodies before sides: what a body pushes out of the box must still leave.

@@ -52,6 +52,10 @@ struct Scene
 template <int Dim>
 Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs );
 
+//! Does each place of a side belong to one entry of `boundary`, where these
+//! have regions? \param input resolved \throws InputError
+void checkSides( const Json& input );
+
 //! Lays out this rank's nodes and their halo for the box that it has now.
 template <int Dim>
 void layOut( Scene<Dim>& scene );

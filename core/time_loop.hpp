@@ -615,9 +615,9 @@ class TimeLoop : public Simulation
             int first = 0;
             for ( int t = 1; t < state.seams.threads(); ++t )
             {
-                const int row = t * share < n
-                                    ? firstRow( get<Dim>( x, t * share ) )
-                                    : state.layout.total;
+                const int row =
+                    t * share < n ? firstRow( loadVector<Dim>( x, t * share ) )
+                                  : state.layout.total;
                 // A half may stand beyond the box, ahead of its cell's order.
                 first = std::max( first, row );
                 state.seams.set( t, first );
@@ -650,7 +650,7 @@ class TimeLoop : public Simulation
         const auto domain = domainBounds( state.grid );
         state.leavers = state.noted.rows(
             state.particles.size(), MACHPOINT_LAMBDA( const int p ) {
-                return domain.excludes( get<Dim>( x, p ) );
+                return domain.excludes( loadVector<Dim>( x, p ) );
             } );
         if ( !_scene.is_open )
             return;

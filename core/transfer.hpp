@@ -1,7 +1,8 @@
 /*!
   \file transfer.hpp
-  \brief Layer 3: what moves between particles and nodes. Both methods share
-  the kernels of this file; docs/method.md maps each to its equation.
+  \brief Layer 3: what moves between particles and nodes: loops over packs with
+  their stencils, which all methods share, and kernels that some do;
+  docs/method.md maps each to its equation.
 */
 #ifndef MACHPOINT_TRANSFER_HPP
 #define MACHPOINT_TRANSFER_HPP
@@ -311,20 +312,6 @@ void forEachDeposit( const char* label, const State<Dim>& state,
     forEachDeposit<Impl::PlacedPack<Dim>, Basis, 4>(
         label, state, sums, Impl::ReadPlace<Dim, decltype( x )>{ x },
         Impl::DepositOfPlaced<Body>{ body } );
-}
-
-//! Velocity v + C dx of an affine field at a distance dx.
-template <int Dim, class Number>
-KOKKOS_FORCEINLINE_FUNCTION VectorOf<Dim, Number>
-affineVelocity( const Kokkos::Array<Number, Dim>& v,
-                const Kokkos::Array<Number, Dim> ( &C )[Dim],
-                const Kokkos::Array<Number, Dim>& dx )
-{
-    VectorOf<Dim, Number> u = v;
-    for ( int a = 0; a < Dim; ++a )
-        for ( int b = 0; b < Dim; ++b )
-            u[a] += C[a][b] * dx[b];
-    return u;
 }
 
 //! What particles add first: mass, momentum, and a term for each axis, which is

@@ -409,6 +409,7 @@ FlowFacts surveyInput( const Json& input )
 
 std::vector<std::string> findWarnings( const Json& input )
 {
+    checkSides( input );
     const auto facts = surveyInput( input );
     std::vector<std::string> warnings;
     for ( const auto& factory : physicsModules<3>() )

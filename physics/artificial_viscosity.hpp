@@ -18,8 +18,8 @@ namespace Machpoint
 
   Von Neumann and Richtmyer 1950 (quadratic part), Landshoff 1955 (linear
   part). D is the trace of the particle's velocity gradient, so the effect
-  needs no state of its own; a method that keeps rates (State::rates) gives the
-  divergence of the grid velocity and a limiter that multiplies q. h is the
+  needs no state of its own; a method that keeps the flow (State::flow) gives
+  the divergence of the grid velocity and a limiter that multiplies q. h is the
   smallest spacing.
 */
 template <int Dim>

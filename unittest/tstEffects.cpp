@@ -474,7 +474,7 @@ class NobleAbel : public EquationOfState<Dim>
 };
 
 // A gas of one's own runs, is checked, and has no exact solution of ours.
-TEST( Effects, aGasFromOutsideRuns )
+TEST( GasFromOutside, runs )
 {
     registerPhysics<NobleAbel>();
     auto input = shockTube( 1, 40, 3, "conservative", "quadratic" );

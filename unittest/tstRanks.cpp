@@ -424,8 +424,8 @@ TEST( Migration, ofTheNotedAndBack )
         {
             foreign += there.slice<Id>()( p ) / n != comm.rank() ? 1 : 0;
             EXPECT_GE( there.slice<Id>()( p ), 0 );
-            EXPECT_TRUE(
-                box.contains( grid, get<1>( there.slice<Position>(), p ) ) );
+            EXPECT_TRUE( box.contains(
+                grid, loadVector<1>( there.slice<Position>(), p ) ) );
         }
         EXPECT_EQ( foreign > 0, comm.size() > 1 );
 

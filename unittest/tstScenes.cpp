@@ -743,6 +743,15 @@ TEST( BadScene, isRefusedBeforeItRuns )
     gap["boundary"][0]["region"] = {
         { "type", "box" }, { "lower", { -1, -1 } }, { "upper", { 1, 0.5 } } };
     EXPECT_THROW( simulate( gap ), InputError );
+    // Between two nodes.
+    auto narrow = gap;
+    narrow["boundary"][0]["region"]["upper"] = { 1, 0.53 };
+    narrow["boundary"].push_back( narrow["boundary"][0] );
+    narrow["boundary"].back()["region"] = {
+        { "type", "box" }, { "lower", { -1, 0.59 } }, { "upper", { 1, 2 } } };
+    EXPECT_THROW( simulate( narrow ), InputError );
+    narrow["boundary"].back()["region"]["lower"] = { -1, 0.53 };
+    EXPECT_NO_THROW( simulate( narrow ) );
 }
 
 } // namespace

@@ -165,8 +165,8 @@ void depositImages( const State<Dim>& state, const WorkingGas& working,
         MACHPOINT_LAMBDA( const int k ) {
             const int p = images.particle( k );
             const auto mirror = images.mirror( k );
-            const Stencil<Basis, Dim> s( grid, layout,
-                                         mirror.point( get<Dim>( x, p ) ) );
+            const Stencil<Basis, Dim> s(
+                grid, layout, mirror.point( loadVector<Dim>( x, p ) ) );
             Vector<Dim> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
             mirrorAffine<Dim>( mirror, affine );
@@ -176,7 +176,7 @@ void depositImages( const State<Dim>& state, const WorkingGas& working,
             depositMoments<Basis, Dim>(
                 accessTo( sums.thread(), p, s, layout ), grid, layout, s, p,
                 load( m, p ), load( V, p ),
-                mirror.direction( get<Dim>( v, p ) ), affine, own );
+                mirror.direction( loadVector<Dim>( v, p ) ), affine, own );
         },
         few_particles );
 }

@@ -423,12 +423,12 @@ ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )
         MACHPOINT_LAMBDA( const int k, ReproducibleSum& sum ) {
             const int p = images.particle( k );
             const auto mirror = images.mirror( k );
-            const Stencil<Basis, Dim> s( grid, layout,
-                                         mirror.point( get<Dim>( x, p ) ) );
+            const Stencil<Basis, Dim> s(
+                grid, layout, mirror.point( loadVector<Dim>( x, p ) ) );
             Vector<Dim> affine[Dim];
             loadMatrix<Dim>( C, p, affine );
             mirrorAffine<Dim>( mirror, affine );
-            const auto u = mirror.direction( get<Dim>( v, p ) );
+            const auto u = mirror.direction( loadVector<Dim>( v, p ) );
             const auto weight = mirror.direction( acceleration );
             Gathered<Basis, Dim, Real> g;
             g.template gather<false, false>( grid, layout, s, velocities, faces,

@@ -315,12 +315,14 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     forEach(
         "Machpoint::markHalfCells", tiny.extent_int( 0 ),
         MACHPOINT_LAMBDA( const int k ) {
-            marks( halfCell<Dim>( grid, box, get<Dim>( x, tiny( k ) ) ) ) = 1;
+            marks( halfCell<Dim>( grid, box,
+                                  loadVector<Dim>( x, tiny( k ) ) ) ) = 1;
         } );
     auto isCandidate = MACHPOINT_LAMBDA( const int p )
     {
         return V( p ) < largest &&
-               marks( halfCell<Dim>( grid, box, get<Dim>( x, p ) ) ) != 0;
+               marks( halfCell<Dim>( grid, box, loadVector<Dim>( x, p ) ) ) !=
+                   0;
     };
     noted.clear( n );
     forEachPack(
@@ -341,7 +343,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
         "Machpoint::halfCellOfParticle", small,
         MACHPOINT_LAMBDA( const int k ) {
             const int p = rows( k );
-            keys( k ) = halfCell<Dim>( grid, box, get<Dim>( x, p ) );
+            keys( k ) = halfCell<Dim>( grid, box, loadVector<Dim>( x, p ) );
             marks( keys( k ) ) = 0;
             if ( original( p ) == 0 )
                 original( p ) = m( p );
