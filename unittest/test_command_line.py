@@ -594,13 +594,16 @@ class Run(CommandLineTest):
 
     def test_more_outputs_than_can_be_counted(self):
         for words in ([], ["--estimate"]):
-            result = self.run_sod("--set", "output.every=1e-300", *words)
+            result = machpoint("run", SOD, "--set", "output.every=1e-300",
+                               *words, cwd=self.directory)
             self.assertCode(result, WRONG_INPUT)
             self.assertIn("/output/every", result.stderr)
 
     def test_an_end_before_the_restart(self):
-        self.assertCode(self.run_sod("--max-steps", "6"), FINISHED)
-        result = self.run_sod("--restart", "latest", "--set", "time.end=1e-5")
+        keep = ("--set", 'checkpoint={"every_steps": 3}')
+        self.assertCode(self.run_sod("--max-steps", "6", *keep), FINISHED)
+        result = self.run_sod("--restart", "latest", *keep,
+                              "--set", "time.end=1e-5")
         self.assertCode(result, WRONG_INPUT)
         self.assertIn("/time/end: 1e-05 lies before", result.stderr)
 
