@@ -100,22 +100,22 @@ std::string near( const Vector<Dim>& x )
     return fmt::format( "near ({})", text );
 }
 
-//! \name What is wrong with a place of a side
-//! @{
-std::string gapAt( const std::string& side, const std::string& place )
+//! Adds what is wrong with a side. \param gap,overlap a place of each; none:
+//! empty
+void tellOfSide( std::vector<std::string>& errors, const std::string& side,
+                 const std::string& gap, const std::string& overlap )
 {
-    return fmt::format( "/boundary: no entry for side {} {}; add one, for "
-                        "example {{ \"type\": \"slip_wall\", \"side\": "
-                        "\"{}\" }}",
-                        side, place, side );
+    if ( !gap.empty() )
+        errors.push_back( fmt::format(
+            "/boundary: no entry for side {} {}; add one, for example "
+            "{{ \"type\": \"slip_wall\", \"side\": \"{}\" }}",
+            side, gap, side ) );
+    if ( !overlap.empty() )
+        errors.push_back( fmt::format(
+            "/boundary: more than one entry for side {} {}; keep one, or "
+            "give them regions that do not overlap",
+            side, overlap ) );
 }
-std::string overlapAt( const std::string& side, const std::string& place )
-{
-    return fmt::format( "/boundary: more than one entry for side {} {}; keep "
-                        "one, or give them regions that do not overlap",
-                        side, place );
-}
-//! @}
 
 //! The regions of a side's entries that have one.
 template <int Dim>
@@ -174,10 +174,7 @@ void checkSides( const Json& input )
             if ( claims != 1 && problem.empty() )
                 problem = near<Dim>( x );
         }
-        if ( !gap.empty() )
-            errors.push_back( gapAt( names[side], gap ) );
-        if ( !overlap.empty() )
-            errors.push_back( overlapAt( names[side], overlap ) );
+        tellOfSide( errors, names[side], gap, overlap );
     }
     if ( !errors.empty() )
         throw InputError( errors );
@@ -224,10 +221,7 @@ std::vector<std::vector<SideKind>> claimSides( Scene<Dim>& scene,
             else if ( kind == SideKind::slip )
                 scene.has_wall[axis] = 1;
         }
-        if ( !gap.empty() )
-            errors.push_back( gapAt( names[side], gap ) );
-        if ( !overlap.empty() )
-            errors.push_back( overlapAt( names[side], overlap ) );
+        tellOfSide( errors, names[side], gap, overlap );
     }
     if ( !errors.empty() )
         throw InputError( errors );
