@@ -272,15 +272,27 @@ class Halo
     }
 
     //! Copies images into the halo: what lies beyond walls and open sides, and
-    //! periodic images on this rank; on a wall what is its own negative is 0.
-    //! What neighbours own a field has that was folded, or made of such.
-    //! \param field [nodes][N]
+    //! periodic images on this rank. What neighbours own a field has that was
+    //! folded, or made of such. \param field [nodes][N]
     template <std::size_t N>
     void fillSides( const NodeView& field,
                     const NodeComponents<N>& components ) const
     {
         for ( int axis = 0; axis < Dim; ++axis )
             fillSides( field, components, axis );
+    }
+
+    //! Sets to 0 what nodes on a wall have that is its own mirror image's
+    //! negative, as a sum has it once it is folded. \param field [nodes][N]
+    template <std::size_t N>
+    void restOnWalls( const NodeView& field,
+                      const NodeComponents<N>& components ) const
+    {
+        if ( _layout.centred )
+            return; // no node is on a wall
+        for ( int axis = 0; axis < Dim; ++axis )
+            overSides( "Machpoint::restOnWalls", axis, field, components,
+                       RestNode{} );
     }
 
     //! fillSides, and what neighbours own. \param field [nodes][N]
@@ -337,7 +349,16 @@ class Halo
         {
             if ( node != image )
                 field( node, c ) = sign * field( image, c );
-            else if ( sign < 0 ) // what is its own negative
+        }
+    };
+    struct RestNode
+    {
+        KOKKOS_INLINE_FUNCTION void operator()( const NodeView& field,
+                                                const int node, const int image,
+                                                const int c,
+                                                const Real sign ) const
+        {
+            if ( node == image && sign < 0 )
                 field( node, c ) = 0;
         }
     };

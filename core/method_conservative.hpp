@@ -217,6 +217,10 @@ struct Conservative : MethodDefaults
     {
         const auto& parts = storage.parts;
         Impl::applyPressure( state, parts.least_filling, parts.blend );
+        NodeComponents<2 * Dim> new_velocity{};
+        for ( int d = 0; d < Dim; ++d )
+            new_velocity[Dim + d] = { Parity::velocity, d };
+        state.halo.restOnWalls( state.nodes.velocities, new_velocity );
     }
 
     //! Sections 5 to 7.

@@ -65,7 +65,8 @@ class Module
     //! How far from its particle an image may be, length.
     virtual Real imageReach( const Grid<Dim>& ) const { return 0; }
     //! What it gives to all gas in keepDeposit and gridForce, by mass on the
-    //! nodes; an image is due its mirror image instead. length/time^2 [Dim]
+    //! nodes, constant in time; an image is due its mirror image instead.
+    //! length/time^2 [Dim]
     virtual Vector<Dim> acceleration() const { return {}; }
     //! Keeps what it needs of state.nodes.moment_sum from before the fold.
     virtual void keepDeposit( State<Dim>& ) {}

@@ -132,7 +132,7 @@ std::vector<Shape<Dim, Kokkos::HostSpace>> regionsOf( const Json& input,
 }
 
 //! Asks in the middle of each quarter of a cell of a side whose entries have
-//! regions, or of fewer parts where there were too many.
+//! regions; in 3D of 512 parts along an axis at most. A seam belongs to both.
 template <int Dim>
 void checkSides( const Json& input )
 {
@@ -166,13 +166,18 @@ void checkSides( const Json& input )
                 rest /= parts[d];
             }
             x[axis] = side % 2 ? grid.upper[axis] : grid.lower[axis];
-            const auto claims =
-                std::count_if( regions.begin(), regions.end(),
-                               [&]( const auto& region )
-                               { return region.distance( x ) < 0; } );
-            auto& problem = claims == 0 ? gap : overlap;
-            if ( claims != 1 && problem.empty() )
-                problem = near<Dim>( x );
+            const Real seam = nudge * grid.minSpacing();
+            const auto within = [&]( const Real distance )
+            {
+                return std::count_if(
+                    regions.begin(), regions.end(),
+                    [&]( const auto& region )
+                    { return region.distance( x ) < distance; } );
+            };
+            if ( gap.empty() && within( seam ) == 0 )
+                gap = near<Dim>( x );
+            if ( overlap.empty() && within( -seam ) > 1 )
+                overlap = near<Dim>( x );
         }
         tellOfSide( errors, names[side], gap, overlap );
     }

@@ -1,6 +1,6 @@
 /*!
   \file series.hpp
-  \brief Layer 2: time series that are written with the output.
+  \brief Layer 1: time series that are written with the output.
 */
 #ifndef MACHPOINT_SERIES_HPP
 #define MACHPOINT_SERIES_HPP

@@ -296,7 +296,7 @@ void forEachDeposit( const char* label, const State<Dim>& state,
                      const Sums& sums, const Act& act, const Deposit& deposit )
 {
     const int n = state.particles.size();
-    forEachShare<Blocks>(
+    forEachShare<holds_many_blocks ? Blocks : 1>(
         label, countPacks( n ), few_stencils<Dim>,
         Impl::DepositTurns<Ready, Basis, Dim, Sums, Act, Deposit>{
             state.grid, state.layout, n, sums, act, deposit } );

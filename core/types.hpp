@@ -117,14 +117,12 @@ inline constexpr bool holds_many_blocks = false;
   than 512 bytes of them into constant memory otherwise, and before that waits
   for the last kernel that it did so for to end.
 
-  \tparam Blocks how many a multiprocessor of a GPU is to hold at least, where
-  its memory is large enough, which bounds the registers of a thread: 128 for 4
-  blocks, 168 for 3, 255 for fewer
+  \tparam Blocks how many a multiprocessor of a GPU is to hold at least, which
+  bounds the registers of a thread: 128 for 4 blocks, 168 for 3, 255 for fewer
 */
 template <int Blocks>
 using RangeOf = Kokkos::RangePolicy<
-    ExecutionSpace,
-    Kokkos::LaunchBounds<most_threads, holds_many_blocks ? Blocks : 1>,
+    ExecutionSpace, Kokkos::LaunchBounds<most_threads, Blocks>,
     Kokkos::Experimental::WorkItemProperty::HintLightWeight_t>;
 using Range = RangeOf<1>;
 

@@ -234,6 +234,22 @@ void resume( Checkpoint& restart, const Visitor& checkpoint )
     }
 }
 
+//! \throws InputError where the run is to end before its checkpoint
+void requireLaterEnd( const Checkpoint& restart, const double end )
+{
+    const auto& entries = restart.archive.entries();
+    const auto entry = entries.find( "time" );
+    if ( entry == entries.end() )
+        return; // resume tells
+    const auto* time =
+        std::get_if<std::vector<double>>( &entry->second.values );
+    if ( time && !time->empty() && time->front() > end * ( 1 + 1e-12 ) )
+        throw InputError( { fmt::format(
+            "/time/end: {:.6g} lies before t = {:.6g}, which {} has; give a "
+            "later one, or a former checkpoint",
+            end, time->front(), restart.file.string() ) } );
+}
+
 } // namespace
 
 ExitCode run( const Json& input, const RunOptions& options )
@@ -255,7 +271,10 @@ ExitCode run( const Json& input, const RunOptions& options )
     Requests requests( ranks, input.at( "checkpoint" ), folder / "stop" );
     std::optional<Checkpoint> restart;
     if ( !options.restart.empty() )
+    {
         restart = findCheckpoint( ranks, options.restart, checkpoints, input );
+        requireLaterEnd( *restart, end );
+    }
     auto simulation = makeSimulation( input );
     const auto exact = makeExact( input );
     const auto former = formerRun( restart, folder, options.overwrite );
@@ -301,12 +320,6 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( restart )
     {
         resume( *restart, checkpoint );
-        if ( simulation->time() > end * ( 1 + 1e-12 ) )
-            throw InputError( { fmt::format(
-                "/time/end: {:.6g} lies before t = {:.6g}, which {} has; give "
-                "a "
-                "later one, or a former checkpoint",
-                end, simulation->time(), restart->file.string() ) } );
         onRoot( ranks,
                 [&] {
                     removeCheckpointsAfter( checkpoints, simulation->steps() );

@@ -380,31 +380,9 @@ class Reader
                       fmt::format( "expected {} number(s), as the scene has "
                                    "{} axes",
                                    dimension, dimension ) );
-            checkInside( fmt::format( "/probes/{}", k ), probes[k] );
             if ( !names.insert( probeColumn( probes[k] ) ).second )
                 fail( fmt::format( "/probes/{}/name", k ),
                       "is that of another probe" );
-        }
-    }
-
-    //! A value is taken at a place of the domain.
-    void checkInside( const std::string& place, const Json& probe )
-    {
-        const auto& grid = _input.at( "grid" );
-        for ( const auto* key : { "at", "from", "to" } )
-        {
-            if ( !probe.contains( key ) ||
-                 probe.at( key ).size() != grid.at( "lower" ).size() )
-                continue;
-            for ( std::size_t d = 0; d < probe.at( key ).size(); ++d )
-                if ( const double x = probe.at( key ).at( d );
-                     x < grid.at( "lower" ).at( d ).get<double>() ||
-                     x > grid.at( "upper" ).at( d ).get<double>() )
-                    fail( fmt::format( "{}/{}/{}", place, key, d ),
-                          fmt::format( "{:g} is outside the domain, which "
-                                       "reaches from {} to {}",
-                                       x, grid.at( "lower" ).at( d ).dump(),
-                                       grid.at( "upper" ).at( d ).dump() ) );
         }
     }
 
@@ -560,6 +538,35 @@ class Reader
 
 } // namespace
 
+namespace
+{
+//! \throws InputError where a probe is outside the domain of a run
+//! \param name of the run
+void requireInside( const Json& probes, const Json& input,
+                    const std::string& name )
+{
+    const auto& grid = input.at( "grid" );
+    std::vector<std::string> errors;
+    for ( std::size_t k = 0; k < probes.size(); ++k )
+        for ( const auto* key : { "at", "from", "to" } )
+            for ( std::size_t d = 0;
+                  probes[k].contains( key ) && d < probes[k].at( key ).size();
+                  ++d )
+            {
+                const double x = probes[k].at( key ).at( d );
+                const double lower = grid.at( "lower" ).at( d );
+                const double upper = grid.at( "upper" ).at( d );
+                if ( x < lower || x > upper )
+                    errors.push_back( fmt::format(
+                        "{}: /probes/{}/{}/{}: {:g} is outside the domain, "
+                        "which reaches from {:g} to {:g}",
+                        name, k, key, d, x, lower, upper ) );
+            }
+    if ( !errors.empty() )
+        throw InputError( errors );
+}
+} // namespace
+
 StudyRun makeStudyRun( const Study& study, const Json& settings,
                        const std::string& file )
 {
@@ -578,8 +585,11 @@ StudyRun makeStudyRun( const Study& study, const Json& settings,
     }
     if ( !run.input.at( "output" ).contains( "every" ) )
         run.input["output"]["every"] = run.input.at( "time" ).at( "end" );
-    run.input = resolveInput(
-        run.input, fmt::format( "{}: {}", file, fmt::join( words, " " ) ) );
+    const auto name =
+        words.empty() ? file
+                      : fmt::format( "{}: {}", file, fmt::join( words, " " ) );
+    run.input = resolveInput( run.input, name );
+    requireInside( study.probes, run.input, name );
     if ( run.line.empty() )
         run.line = study.name;
     return run;

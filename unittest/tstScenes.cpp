@@ -752,6 +752,11 @@ TEST( BadScene, isRefusedBeforeItRuns )
     EXPECT_THROW( simulate( narrow ), InputError );
     narrow["boundary"].back()["region"]["lower"] = { -1, 0.53 };
     EXPECT_NO_THROW( simulate( narrow ) );
+    // A seam at a place that is asked for, 15 of 40 parts.
+    narrow["grid"]["cells"] = { 10, 10 };
+    narrow["boundary"][0]["region"]["upper"] = { 1, 0.3625 };
+    narrow["boundary"].back()["region"]["lower"] = { -1, 0.3625 };
+    EXPECT_NO_THROW( simulate( narrow ) );
 }
 
 } // namespace

@@ -7,8 +7,8 @@
 #define MACHPOINT_CONSERVATIVE_DRIFT_HPP
 
 #include <core/basis.hpp>
-#include <core/state.hpp>
 #include <core/soundness.hpp>
+#include <core/state.hpp>
 
 namespace Machpoint
 {
