@@ -7,6 +7,7 @@
 #define MACHPOINT_IMAGE_WEIGHT_HPP
 
 #include <core/node_force.hpp>
+#include <core/profile.hpp>
 #include <core/transfer.hpp>
 
 namespace Machpoint
@@ -74,6 +75,7 @@ void applyImageWeight( State<Dim>& state )
 {
     if ( !state.image_weight.acts )
         return;
+    const Profile::Phase phase( "grid force" );
     auto& excess = state.image_weight.excess;
     excess.fold( state.halo, vectorComponents<Dim, 1>( Parity::force ) );
     Vector<Dim> one;
@@ -86,9 +88,11 @@ void applyImageWeight( State<Dim>& state )
 template <int Dim>
 void accountForImageWeight( State<Dim>& state )
 {
-    if ( state.image_weight.acts )
-        state.ledger.energy_in +=
-            workOnNodes( state, state.image_weight.excess.field() );
+    if ( !state.image_weight.acts )
+        return;
+    const Profile::Phase phase( "grid work" );
+    state.ledger.energy_in +=
+        workOnNodes( state, state.image_weight.excess.field() );
 }
 
 } // namespace Machpoint

@@ -606,6 +606,14 @@ class Run(CommandLineTest):
                               "--set", "time.end=1e-5")
         self.assertCode(result, WRONG_INPUT)
         self.assertIn("/time/end: 1e-05 lies before", result.stderr)
+        # Nor does it take the place of another run.
+        other = self.directory / "other"
+        machpoint("run", SOD, "--output", other, "--max-steps", "2")
+        first = next((self.output / "checkpoints").glob("*.h5"))
+        result = machpoint("run", SOD, "--output", other, "--overwrite",
+                           "--restart", first, *keep, "--set", "time.end=1e-5")
+        self.assertCode(result, WRONG_INPUT)
+        self.assertTrue((other / "summary.json").is_file())
 
     def assertFinite(self):
         """Every value of every output is."""

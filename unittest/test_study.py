@@ -410,6 +410,14 @@ class Wrong(StudyTest):
             ({"vary": MATRIX, "probes": 2 * [
                 {"type": "point", "name": "p", "at": [0]}]},
              "/probes/1/name: is that of another probe"),
+            # The domain is that of each run.
+            ({"vary": MATRIX, "set": {"grid.upper": [0.9]}, "probes": [
+                {"type": "point", "name": "p", "at": [0.95]}]},
+             "/probes/0/at/0: 0.95 is outside the domain, which reaches from "
+             "0 to 0.9"),
+            ({"vary": MATRIX, "error": "p.density", "probes": [
+                {"type": "point", "name": "p", "at": [0]}],
+              "reference": {"type": "known"}}, "/reference/values: missing"),
             ({"vary": MATRIX, "error": "p.pressure"}, "/error: expected one of"),
             ({"vary": MATRIX, "error": "p.density",
               "probes": [{"type": "point", "name": "p", "at": [0]}],

@@ -216,6 +216,31 @@ TEST( Particles, removalKeepsAllOthersWithTheirSidecars )
     }
 }
 
+// One that enters anew has an id and a mass, and no former life.
+TEST( Particles, forgettingClearsSidecarsAlone )
+{
+    Particles<2> particles;
+    auto& sidecar =
+        particles.addSidecar<Label>( "labels", DuringStep::changes );
+    auto& other = particles.addSidecar<Label>( "other", DuringStep::stays );
+    const int n = 21;
+    number( particles, sidecar, n );
+    numberSidecar<0>( other, n );
+    auto rows = everyRow( n, 4 );
+    Kokkos::deep_copy( Kokkos::subview( rows, 2 ), -1 ); // none
+    particles.forget( rows );
+    const auto host = particles.toHost();
+    const auto a = labels<0>( sidecar ), b = labels<0>( other );
+    for ( int p = 0; p < n; ++p )
+    {
+        EXPECT_EQ( host.slice<Id>()( p ), p );
+        EXPECT_EQ( host.slice<Mass>()( p ), 0.5 * p );
+        const int kept = p % 4 == 0 && p != 8 ? 0 : p;
+        EXPECT_EQ( a[p], kept );
+        EXPECT_EQ( b[p], kept );
+    }
+}
+
 TEST( Particles, sortingCarriesSidecarsAlong )
 {
     Particles<2> particles;

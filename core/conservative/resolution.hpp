@@ -33,8 +33,9 @@ namespace Impl
 {
 
 //! How far a half stands from where its particle was at most, cells. What lies
-//! that far beyond its rank's box, and drifts for half a step, is still within
-//! the cell beyond the box whose nodes the rank has (Conservative::reach).
+//! that far beyond its rank's box, and drifts for half a step (at CFL numbers
+//! up to 1.08), is still within the cell beyond the box whose nodes the rank
+//! has (Conservative::reach).
 inline constexpr Real most_split_offset = 0.46_rt;
 
 /*!
