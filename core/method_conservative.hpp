@@ -12,10 +12,11 @@
 #include <core/conservative/drift.hpp>
 #include <core/conservative/faces.hpp>
 #include <core/conservative/gather.hpp>
+#include <core/conservative/merging.hpp>
 #include <core/conservative/mixing.hpp>
 #include <core/conservative/parts.hpp>
 #include <core/conservative/pressure.hpp>
-#include <core/conservative/resolution.hpp>
+#include <core/conservative/splitting.hpp>
 #include <core/conservative/stability.hpp>
 #include <core/image_weight.hpp>
 #include <core/method_defaults.hpp>
