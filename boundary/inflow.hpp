@@ -48,9 +48,20 @@ class Inflow : public SideBoundary<Dim>
     {
     }
 
-    std::vector<SideClaim> sides() const override
+    static std::vector<SideClaim> sides( const Json& entry )
     {
-        return { { this->_part.side, SideKind::open } };
+        return { { sideNumber( entry.at( "side" ) ), SideKind::open } };
+    }
+    static GasState beyond( const Json& entry, int, const GasState& )
+    {
+        return toGasState( entry );
+    }
+    static std::string fault( const Json& entry, const MethodFacts& )
+    {
+        return Stream<Dim>::velocityInto( entry ) > 0
+                   ? ""
+                   : "/velocity: must point into the domain at " +
+                         entry.at( "side" ).get<std::string>();
     }
     bool isOpen() const override { return true; }
     void checkpoint( Archive& archive ) override

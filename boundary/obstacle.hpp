@@ -50,7 +50,7 @@ class Obstacle : public Module<Dim>
         p.number( "image_reach", "particles this near have an image" )
             .unit( "cells" )
             .above( 0 )
-            .atMost( 4 )
+            .atMost( farthest_image )
             .defaultsTo( 2.2 )
             .source( "docs/conservative.md, section 6" );
         p.choice( "projection", { "bilateral", "unilateral" },
@@ -66,6 +66,28 @@ class Obstacle : public Module<Dim>
         return p;
     }
 
+    static void complete( Json& entry, const MethodFacts& method )
+    {
+        if ( !entry.contains( "treatment" ) )
+            entry["treatment"] = method.has_images ? "images" : "projection";
+    }
+    static std::string fault( const Json& entry, const MethodFacts& method )
+    {
+        return entry.at( "treatment" ) != "images" || method.has_images
+                   ? ""
+                   : "/treatment: " + method.name +
+                         " has no mirror images; leave it out";
+    }
+    static Json solid( const Json& entry ) { return entry.at( "shape" ); }
+    static std::vector<std::string> columns()
+    {
+        std::vector<std::string> names;
+        for ( int d = 0; d < Dim; ++d )
+            names.push_back( std::string( "force_" ) + "xyz"[d] );
+        names.push_back( "mean_surface_pressure" );
+        return names;
+    }
+
     explicit Obstacle( const Json& json )
         : _shape( makeShape<Dim, MemorySpace>( json.at( "shape" ) ) ),
           _host_shape(
@@ -76,10 +98,8 @@ class Obstacle : public Module<Dim>
           _reach( json.at( "reach" ) )
     {
         _series.name = json.at( "name" );
-        _series.columns = { "time" };
-        for ( int d = 0; d < Dim; ++d )
-            _series.columns.push_back( std::string( "force_" ) + "xyz"[d] );
-        _series.columns.push_back( "mean_surface_pressure" );
+        _series.columns = columns();
+        _series.columns.insert( _series.columns.begin(), "time" );
     }
 
     bool isSolid( const Vector<Dim>& x ) const override

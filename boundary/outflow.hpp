@@ -58,9 +58,13 @@ class Outflow : public SideBoundary<Dim>
 
     explicit Outflow( const Json& json ) : SideBoundary<Dim>( json ) {}
 
-    std::vector<SideClaim> sides() const override
+    static std::vector<SideClaim> sides( const Json& entry )
     {
-        return { { this->_part.side, SideKind::open } };
+        return { { sideNumber( entry.at( "side" ) ), SideKind::open } };
+    }
+    static GasState beyond( const Json&, int, const GasState& gas )
+    {
+        return gas;
     }
     bool isOpen() const override { return true; }
 

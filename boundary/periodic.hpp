@@ -31,9 +31,13 @@ class Periodic : public Module<Dim>
     {
     }
 
-    std::vector<SideClaim> sides() const override
+    static std::vector<SideClaim> sides( const Json& entry )
     {
-        return { { _side, SideKind::periodic } };
+        return { { sideNumber( entry.at( "side" ) ), SideKind::periodic } };
+    }
+    static GasState beyond( const Json&, int, const GasState& gas )
+    {
+        return gas;
     }
 
     //! The upper side acts for both.

@@ -41,9 +41,24 @@ class Recycle : public Module<Dim>
     {
     }
 
-    std::vector<SideClaim> sides() const override
+    static std::vector<SideClaim> sides( const Json& entry )
     {
-        return { { _side, SideKind::open }, { _side ^ 1, SideKind::open } };
+        const int side = sideNumber( entry.at( "side" ) );
+        return { { side, SideKind::open }, { side ^ 1, SideKind::open } };
+    }
+    static GasState beyond( const Json& entry, const int side,
+                            const GasState& gas )
+    {
+        return side == sideNumber( entry.at( "side" ) ) ? gas
+                                                        : toGasState( entry );
+    }
+    static std::string fault( const Json& entry, const MethodFacts& )
+    {
+        return Stream<Dim>::velocityInto( entry ) < 0
+                   ? ""
+                   : "/velocity: must point out of the domain at " +
+                         entry.at( "side" ).get<std::string>() +
+                         ", where the gas leaves";
     }
     bool isOpen() const override { return true; }
 

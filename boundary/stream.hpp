@@ -32,6 +32,14 @@ struct Stream
             .above( 0 );
     }
 
+    //! Velocity into the domain at the entry's `side`, length/time.
+    static double velocityInto( const Json& entry )
+    {
+        const int side = sideNumber( entry.at( "side" ) );
+        const double along = entry.at( "velocity" ).at( side / 2 );
+        return side % 2 ? -along : along;
+    }
+
     Stream() = default;
     Stream( const Json& json, const EquationOfState<Dim>& gas )
         : density( json.at( "density" ) ),

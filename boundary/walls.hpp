@@ -32,9 +32,16 @@ class Wall : public SideBoundary<Dim>
 
     explicit Wall( const Json& json ) : SideBoundary<Dim>( json ) {}
 
-    std::vector<SideClaim> sides() const override
+    static std::vector<SideClaim> sides( const Json& entry )
     {
-        return { { this->_part.side, Kind } };
+        return { { sideNumber( entry.at( "side" ) ), Kind } };
+    }
+    static GasState beyond( const Json&, const int side, GasState gas )
+    {
+        for ( int d = 0; d < Dim; ++d )
+            if ( Kind == SideKind::no_slip || d == side / 2 )
+                gas.velocity[d] = -gas.velocity[d];
+        return gas;
     }
 
     void applyToParticles( State<Dim>& state ) override

@@ -17,11 +17,8 @@ namespace Machpoint
 /*!
   \brief The start of a scene, before anything is built.
 
-  `machpoint check` asks each physics module that has a static
-  `std::string remark( const Json* entry, const FlowFacts& )`, with its resolved
-  entry of the input, or null where the scene lacks it. The module answers why
-  the scene cannot feel it, or why its absence will be felt, with a remedy; or
-  nothing.
+  `machpoint check` makes it up for the physics modules that have a `remark`
+  (input_hooks.hpp).
 
   Of a gas whose law is not known here (findGasLaw) the start is not looked at:
   speed, disturbance and shock are those below.

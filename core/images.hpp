@@ -11,6 +11,9 @@
 namespace Machpoint
 {
 
+//! How far from a surface a particle with an image may be at most, cells.
+inline constexpr double farthest_image = 4;
+
 //! The mirror of one image: a plane with unit normal n at distance d.
 template <int Dim>
 struct Mirror

@@ -2,13 +2,14 @@
   \file module.hpp
   \brief Layer 4: what an effect or a boundary is. A module is a struct with a
   name, its declared parameters, and any of the hooks below; the time loop calls
-  the hooks of the modules in the scene, in the order of the input.
+  the hooks of the modules in the scene, in the order of the input. What its
+  type says of an entry before that is in input_hooks.hpp.
 */
 #ifndef MACHPOINT_MODULE_HPP
 #define MACHPOINT_MODULE_HPP
 
 #include <core/bounds.hpp>
-#include <core/parameters.hpp>
+#include <core/input_hooks.hpp>
 #include <core/series.hpp>
 #include <core/state.hpp>
 
@@ -25,13 +26,6 @@ struct GridVelocity
     int first = 0;    //!< column of component 0
     bool acts = true; //!< a change of it is an impulse on the gas; false
                       //!< for velocities that only serve as a gradient
-};
-
-//! What one side of the domain is, where `covers` says so.
-struct SideClaim
-{
-    int side; //!< 2 * axis + (upper ? 1 : 0)
-    SideKind kind;
 };
 
 /*!
@@ -96,9 +90,8 @@ class Module
     //! Adds new particles at the end. Those marked are still there.
     virtual void inject( State<Dim>& ) {}
 
-    //! The sides that a boundary takes.
-    virtual std::vector<SideClaim> sides() const { return {}; }
-    //! Does it take this place of its sides? \param x on the side [Dim]
+    //! Does it take this place of its sides (InputHooks::sides)?
+    //! \param x on the side [Dim]
     virtual bool covers( const Vector<Dim>& ) const { return true; }
     //! Is a point inside a solid, so that no particle starts there?
     virtual bool isSolid( const Vector<Dim>& ) const { return false; }
@@ -148,21 +141,6 @@ Vector<Dim> toVector( const Json& json )
     for ( int d = 0; d < Dim; ++d )
         x[d] = json.at( d ).get<Real>();
     return x;
-}
-
-//! Names of the sides, "x_lower" first: side 2 * axis + (upper ? 1 : 0).
-inline std::vector<std::string> sideNames( const int dimension )
-{
-    const std::vector<std::string> all = { "x_lower", "x_upper", "y_lower",
-                                           "y_upper", "z_lower", "z_upper" };
-    return { all.begin(), all.begin() + 2 * ( dimension ? dimension : 3 ) };
-}
-
-//! Number of a side from its name, as validated before.
-inline int sideNumber( const Json& name )
-{
-    const auto text = name.get<std::string>();
-    return 2 * ( text[0] - 'x' ) + ( text.substr( 2 ) == "upper" ? 1 : 0 );
 }
 
 } // namespace Machpoint

@@ -6,7 +6,6 @@
 #ifndef MACHPOINT_REGISTRY_HPP
 #define MACHPOINT_REGISTRY_HPP
 
-#include <core/flow_facts.hpp>
 #include <core/module.hpp>
 
 #include <functional>
@@ -86,9 +85,8 @@ struct ModuleFactory
     std::function<std::unique_ptr<Module<Dim>>( const Json& resolved,
                                                 const EquationOfState<Dim>* )>
         make;
-    //! What it has to say of a scene (see FlowFacts); null: never anything.
-    std::function<std::string( const Json* entry, const FlowFacts& )> remark;
     Hooks hooks{};
+    InputHooks input{};
 };
 
 //! What an input may say of a module type, without what makes one: kernels are
@@ -97,16 +95,12 @@ template <int Dim, template <int> class ModuleType>
 ModuleFactory<Dim> moduleDeclaration()
 {
     using Type = ModuleType<Dim>;
-    ModuleFactory<Dim> factory = {
-        Type::name,
-        &Type::declare,
-        std::is_base_of_v<EquationOfState<Dim>, Type>,
-        nullptr,
-        nullptr,
-        hooksOf<Dim, Type>() };
-    if constexpr ( requires { Type::remark; } )
-        factory.remark = &Type::remark;
-    return factory;
+    return { Type::name,
+             &Type::declare,
+             std::is_base_of_v<EquationOfState<Dim>, Type>,
+             nullptr,
+             hooksOf<Dim, Type>(),
+             inputHooksOf<Type>() };
 }
 
 //! The factory of a module type: constructible from its resolved JSON, or
@@ -170,6 +164,43 @@ std::vector<ModuleFactory<2>>& boundaryModules<2>();
 template <>
 std::vector<ModuleFactory<3>>& boundaryModules<3>();
 //! @}
+
+//! The factory of an entry's "type". \throws std::logic_error if there is none
+template <int Dim>
+const ModuleFactory<Dim>&
+findFactory( const std::vector<ModuleFactory<Dim>>& factories,
+             const Json& entry )
+{
+    const auto name = entry.at( "type" ).template get<std::string>();
+    for ( const auto& factory : factories )
+        if ( factory.name == name )
+            return factory;
+    throw std::logic_error( "no module " + name );
+}
+
+//! What the type of an entry of `physics` says of it.
+//! \param dimension of the input
+inline const InputHooks& physicsHooks( const Json& entry, const int dimension )
+{
+    return dimension == 1   ? findFactory( physicsModules<1>(), entry ).input
+           : dimension == 2 ? findFactory( physicsModules<2>(), entry ).input
+                            : findFactory( physicsModules<3>(), entry ).input;
+}
+
+//! The same of an entry of `boundary`.
+inline const InputHooks& boundaryHooks( const Json& entry, const int dimension )
+{
+    return dimension == 1   ? findFactory( boundaryModules<1>(), entry ).input
+           : dimension == 2 ? findFactory( boundaryModules<2>(), entry ).input
+                            : findFactory( boundaryModules<3>(), entry ).input;
+}
+
+//! The sides that an entry of `boundary` takes.
+inline std::vector<SideClaim> sidesOf( const Json& entry, const int dimension )
+{
+    const auto& hooks = boundaryHooks( entry, dimension );
+    return hooks.sides ? hooks.sides( entry ) : std::vector<SideClaim>();
+}
 
 //! Adds a physics module from outside this repository, before runCommandLine.
 template <template <int> class ModuleType>

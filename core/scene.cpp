@@ -26,17 +26,6 @@ declarations( const std::vector<ModuleFactory<Dim>>& factories,
     return list;
 }
 
-template <int Dim>
-const ModuleFactory<Dim>&
-findFactory( const std::vector<ModuleFactory<Dim>>& factories,
-             const std::string& name )
-{
-    for ( const auto& factory : factories )
-        if ( factory.name == name )
-            return factory;
-    throw std::logic_error( "no module " + name );
-}
-
 //! Makes the modules of a list, equations of state first.
 template <int Dim>
 void makeModules( const Json& list,
@@ -46,8 +35,7 @@ void makeModules( const Json& list,
     for ( const bool gas : { true, false } )
         for ( const auto& json : list )
         {
-            const auto& factory = findFactory(
-                factories, json.at( "type" ).template get<std::string>() );
+            const auto& factory = findFactory( factories, json );
             if ( factory.is_equation_of_state != gas )
                 continue;
             if ( !factory.make )
@@ -64,8 +52,10 @@ void makeModules( const Json& list,
             auto module = factory.make( json, scene.gas );
             if ( gas )
                 scene.gas = static_cast<EquationOfState<Dim>*>( module.get() );
-            scene.modules.push_back(
-                { name, std::move( module ), factory.hooks } );
+            scene.modules.push_back( { name, std::move( module ), factory.hooks,
+                                       factory.input.sides
+                                           ? factory.input.sides( json )
+                                           : std::vector<SideClaim>() } );
         }
 }
 
@@ -124,10 +114,10 @@ std::vector<Shape<Dim, Kokkos::HostSpace>> regionsOf( const Json& input,
 {
     std::vector<Shape<Dim, Kokkos::HostSpace>> regions;
     for ( const auto& entry : input.at( "boundary" ) )
-        if ( entry.contains( "region" ) && entry.contains( "side" ) &&
-             sideNumber( entry.at( "side" ) ) == side )
-            regions.push_back(
-                makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) ) );
+        for ( const auto& claim : sidesOf( entry, Dim ) )
+            if ( claim.side == side && entry.contains( "region" ) )
+                regions.push_back(
+                    makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) ) );
     return regions;
 }
 
@@ -210,7 +200,7 @@ std::vector<std::vector<SideKind>> claimSides( Scene<Dim>& scene,
             int claims = 0;
             SideKind kind{};
             for ( const auto& active : scene.modules )
-                for ( const auto& claim : active.module->sides() )
+                for ( const auto& claim : active.sides )
                     if ( claim.side == side && active.module->covers( x ) )
                     {
                         kind = claim.kind;
@@ -512,7 +502,7 @@ Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
     // Bodies before sides: what a body pushes out of the box must still leave.
     std::stable_partition( scene.modules.begin(), scene.modules.end(),
                            []( const auto& active )
-                           { return active.module->sides().empty(); } );
+                           { return active.sides.empty(); } );
     weighImages( scene );
     for ( const auto& active : scene.modules )
         scene.is_open = scene.is_open || active.module->isOpen();

@@ -17,6 +17,7 @@ struct ActiveModule
     std::string name;
     std::unique_ptr<Module<Dim>> module;
     Hooks hooks;
+    std::vector<SideClaim> sides; //!< of a boundary; else none
 };
 
 //! What a scene needs to know of a basis and a method to lay out its nodes.

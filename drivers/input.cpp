@@ -212,6 +212,13 @@ std::string readFile( const std::string& file )
 namespace
 {
 
+//! What a resolved input says of its method.
+MethodFacts methodFacts( const Json& input )
+{
+    const auto name = input.at( "method" ).at( "name" ).get<std::string>();
+    return { name, name == Conservative::name };
+}
+
 //! Collects what no single key can tell: conflicts between keys.
 class Checker
 {
@@ -287,13 +294,6 @@ class Checker
                 error( "/method/" + part.name, remedy );
         if ( method.at( "time" ) != "symplectic" )
             error( "/method/time", remedy );
-        int k = 0;
-        for ( const auto& entry : _input.at( "boundary" ) )
-        {
-            if ( entry.value( "treatment", "" ) == "images" )
-                error( fmt::format( "/boundary/{}/treatment", k ), remedy );
-            ++k;
-        }
     }
 
     //! Largest rounding of a position, in cells.
@@ -380,6 +380,17 @@ class Checker
         }
     }
 
+    //! What the entry's own type finds.
+    void checkEntry( const Json& entry, const InputHooks& hooks,
+                     const std::string& place )
+    {
+        if ( !hooks.fault )
+            return;
+        const auto fault = hooks.fault( entry, methodFacts( _input ) );
+        if ( !fault.empty() )
+            _errors.push_back( place + fault );
+    }
+
     void checkPhysics()
     {
         std::set<std::string> seen;
@@ -387,14 +398,12 @@ class Checker
         int k = 0;
         for ( const auto& entry : _input.at( "physics" ) )
         {
-            const auto type = entry.at( "type" ).get<std::string>();
-            if ( !seen.insert( type ).second )
-                error( fmt::format( "/physics/{}", k ),
-                       "a second " + type + "; keep one" );
-            for ( const auto& factory : physicsModules<3>() )
-                if ( factory.name == type && factory.is_equation_of_state )
-                    ++gases;
-            ++k;
+            const auto place = fmt::format( "/physics/{}", k++ );
+            const auto& factory = findFactory( physicsModules<3>(), entry );
+            if ( !seen.insert( factory.name ).second )
+                error( place, "a second " + factory.name + "; keep one" );
+            gases += factory.is_equation_of_state ? 1 : 0;
+            checkEntry( entry, physicsHooks( entry, _dimension ), place );
         }
         if ( gases != 1 )
             error( "/physics",
@@ -432,7 +441,7 @@ class Checker
         for ( const auto& entry : _input.at( "boundary" ) )
         {
             const auto place = fmt::format( "/boundary/{}", k++ );
-            const auto type = entry.at( "type" ).get<std::string>();
+            checkEntry( entry, boundaryHooks( entry, _dimension ), place );
             for ( const auto* key : { "shape", "region" } )
                 if ( entry.contains( key ) )
                     checkShape( entry.at( key ), place + "/" + key, _errors );
@@ -445,29 +454,12 @@ class Checker
                            "a second entry of this name; its report would "
                            "replace the first one's" );
             }
-            if ( !entry.contains( "side" ) )
-                continue;
-            const int side = sideNumber( entry.at( "side" ) );
-            ++entries[side];
-            whole[side] += entry.contains( "region" ) ? 0 : 1;
-            periodic[side] += type == "periodic" ? 1 : 0;
-            if ( type == "recycle" )
+            for ( const auto& claim : sidesOf( entry, _dimension ) )
             {
-                ++entries[side ^ 1];
-                ++whole[side ^ 1];
-            }
-            if ( type == "inflow" || type == "recycle" )
-            {
-                const double normal =
-                    entry.at( "velocity" ).at( side / 2 ).get<double>() *
-                    ( side % 2 ? 1 : -1 );
-                if ( type == "inflow" && normal >= 0 )
-                    error( place + "/velocity",
-                           "must point into the domain at " + names[side] );
-                if ( type == "recycle" && normal <= 0 )
-                    error( place + "/velocity",
-                           "must point out of the domain at " + names[side] +
-                               ", where the gas leaves" );
+                ++entries[claim.side];
+                whole[claim.side] += entry.contains( "region" ) ? 0 : 1;
+                periodic[claim.side] +=
+                    claim.kind == SideKind::periodic ? 1 : 0;
             }
         }
         for ( std::size_t side = 0; side < names.size(); ++side )
@@ -530,8 +522,13 @@ void fillMethodDefaults( Json& input )
           ConservativeParts::defaultCfl( method.at( "time" ),
                                          method.at( "basis" ) ) );
     for ( auto& entry : input.at( "boundary" ) )
-        if ( entry.at( "type" ) == "obstacle" )
-            fill( entry, "treatment", conservative ? "images" : "projection" );
+        if ( const auto& hooks = boundaryHooks( entry, dimension );
+             hooks.complete )
+            hooks.complete( entry, methodFacts( input ) );
+    for ( auto& entry : input.at( "physics" ) )
+        if ( const auto& hooks = physicsHooks( entry, dimension );
+             hooks.complete )
+            hooks.complete( entry, methodFacts( input ) );
 }
 
 } // namespace

@@ -234,20 +234,36 @@ void resume( Checkpoint& restart, const Visitor& checkpoint )
     }
 }
 
-//! \throws InputError where the run is to end before its checkpoint
-void requireLaterEnd( const Checkpoint& restart, const double end )
+//! The first number of an entry of a checkpoint; nothing where there is none,
+//! which resume will tell.
+template <class T>
+std::optional<T> numberOf( const Checkpoint& checkpoint, const char* name )
 {
-    const auto& entries = restart.archive.entries();
-    const auto entry = entries.find( "time" );
+    const auto& entries = checkpoint.archive.entries();
+    const auto entry = entries.find( name );
     if ( entry == entries.end() )
-        return; // resume tells
-    const auto* time =
-        std::get_if<std::vector<double>>( &entry->second.values );
-    if ( time && !time->empty() && time->front() > end * ( 1 + 1e-12 ) )
+        return std::nullopt;
+    const auto* list = std::get_if<std::vector<T>>( &entry->second.values );
+    return list && !list->empty() ? std::optional( list->front() )
+                                  : std::nullopt;
+}
+
+//! \throws InputError where the run is to end before its checkpoint
+void requireLaterEnd( const Checkpoint& restart, const double end,
+                      const std::int64_t max_steps )
+{
+    const auto step = numberOf<std::int64_t>( restart, "step" );
+    if ( step && *step > max_steps )
+        throw InputError( { fmt::format(
+            "--max-steps {}: {} has step {}; give a larger one, or a former "
+            "checkpoint",
+            max_steps, restart.file.string(), *step ) } );
+    const auto time = numberOf<double>( restart, "time" );
+    if ( time && *time > end * ( 1 + 1e-12 ) )
         throw InputError( { fmt::format(
             "/time/end: {:.6g} lies before t = {:.6g}, which {} has; give a "
             "later one, or a former checkpoint",
-            end, time->front(), restart.file.string() ) } );
+            end, *time, restart.file.string() ) } );
 }
 
 } // namespace
@@ -273,7 +289,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( !options.restart.empty() )
     {
         restart = findCheckpoint( ranks, options.restart, checkpoints, input );
-        requireLaterEnd( *restart, end );
+        requireLaterEnd( *restart, end, options.max_steps );
     }
     auto simulation = makeSimulation( input );
     const auto exact = makeExact( input );

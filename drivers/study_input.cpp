@@ -6,6 +6,8 @@
 #include <drivers/study_probe.hpp>
 #include <drivers/study_process.hpp>
 
+#include <core/registry.hpp>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -106,7 +108,7 @@ std::vector<std::string> fieldErrors()
     return names;
 }
 
-//! Columns of the obstacles' series and of the probes. \param input resolved
+//! Columns of the boundaries' series and of the probes. \param input resolved
 std::vector<std::string> columnErrors( const Json& input, const Json& probes )
 {
     std::vector<std::string> names;
@@ -115,12 +117,12 @@ std::vector<std::string> columnErrors( const Json& input, const Json& probes )
     const int dimension = input.at( "dimension" );
     for ( const auto& entry : input.at( "boundary" ) )
     {
-        if ( entry.at( "type" ) != "obstacle" )
+        const auto& columns = boundaryHooks( entry, dimension ).columns;
+        if ( !columns || !entry.contains( "name" ) )
             continue;
         const auto name = entry.at( "name" ).get<std::string>();
-        for ( int d = 0; d < dimension; ++d )
-            names.push_back( fmt::format( "{}.force_{}", name, "xyz"[d] ) );
-        names.push_back( name + ".mean_surface_pressure" );
+        for ( const auto& column : columns() )
+            names.push_back( fmt::format( "{}.{}", name, column ) );
     }
     return names;
 }
@@ -456,8 +458,8 @@ class Reader
                 names.push_back( column );
         if ( names.empty() )
         {
-            fail( "/error", "the scene has neither an exact solution nor an "
-                            "obstacle to measure; leave this out" );
+            fail( "/error", "the scene has neither an exact solution nor a "
+                            "body to measure; leave this out" );
             return;
         }
         const auto name = error.get<std::string>();

@@ -68,7 +68,7 @@ struct Study
 {
     std::string name;
     StudyKind kind = StudyKind::accuracy;
-    std::string error; //!< field.norm, obstacle.column or probe.column; of
+    std::string error; //!< field.norm, body.column or probe.column; of
                        //!< effects perhaps empty: none
     Reference reference = Reference::exact;
     Json known;  //!< of Reference::known: column -> number
@@ -82,7 +82,7 @@ struct Study
     std::vector<StudyRun> reference_run; //!< one, or none
 };
 
-//! Is this error that of a field, over the domain? Else of an obstacle.
+//! Is this error that of a field, over the domain? Else of a body or a probe.
 bool isFieldError( const std::string& error );
 
 /*!
@@ -93,7 +93,7 @@ bool isFieldError( const std::string& error );
 StudyRun makeStudyRun( const Study& study, const Json& settings,
                        const std::string& file );
 
-//! The errors that a study tells, as `field.norm`, or as `obstacle.column` and
+//! The errors that a study tells, as `field.norm`, or as `body.column` and
 //! `probe.column`; of effects also changes, as `field.change`.
 std::vector<std::string> errorNames( const Study& study );
 

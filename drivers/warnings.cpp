@@ -37,10 +37,14 @@ class Survey
         : _input( input ), _initial( input ), _law( findGasLaw( input ) ),
           _grid( sampleGrid( input ) )
     {
+        int k = 0;
         for ( const auto& entry : input.at( "boundary" ) )
-            if ( entry.at( "type" ) == "obstacle" )
-                _bodies.push_back(
-                    makeShape<Dim, Kokkos::HostSpace>( entry.at( "shape" ) ) );
+        {
+            const auto place = fmt::format( "/boundary/{}", k++ );
+            if ( const auto& hooks = boundaryHooks( entry, Dim ); hooks.solid )
+                _bodies.push_back( { place, makeShape<Dim, Kokkos::HostSpace>(
+                                                hooks.solid( entry ) ) } );
+        }
     }
 
     FlowFacts facts()
@@ -69,7 +73,37 @@ class Survey
         return facts;
     }
 
+    //! What no module would say, of a gas that facts() has looked at.
+    std::vector<std::string> oddities() const
+    {
+        std::vector<std::string> odd;
+        if ( !_law )
+            return odd;
+        if ( !_first )
+            odd.push_back( "/initial: no gas is at any place that was looked "
+                           "at, so a run may find no room for a particle; "
+                           "fill the domain, or leave room beside bodies" );
+        // From the centre of a sample to a body that might yet act on it.
+        double reach = farthest_image * makeGrid<Dim>( _input ).minSpacing();
+        for ( int d = 0; d < Dim; ++d )
+            reach += 0.5 * _grid.spacing[d];
+        for ( const auto& body : _bodies )
+            if ( body.nearest_sample > reach )
+                odd.push_back( body.place +
+                               ": the body is outside the domain, where no "
+                               "gas meets it; move it or leave it out" );
+        return odd;
+    }
+
   private:
+    //! A solid body, as it stands in the input.
+    struct Body
+    {
+        std::string place;
+        Shape<Dim, Kokkos::HostSpace> shape;
+        double nearest_sample = Kokkos::Experimental::infinity_v<double>;
+    };
+
     static Grid<Dim> sampleGrid( const Json& input )
     {
         const auto grid = makeGrid<Dim>( input );
@@ -84,8 +118,8 @@ class Survey
     bool isInBody( const Vector<Dim>& x ) const
     {
         return std::any_of( _bodies.begin(), _bodies.end(),
-                            [&]( const auto& body )
-                            { return body.distance( x ) < 0; } );
+                            [&]( const Body& body )
+                            { return body.shape.distance( x ) < 0; } );
     }
 
     //! The gas at a place; of zero density in a body.
@@ -159,6 +193,9 @@ class Survey
             [&]( const Indices<Dim>& i, const int flat )
             {
                 const auto x = center( i );
+                for ( auto& body : _bodies )
+                    body.nearest_sample = std::min<double>(
+                        body.nearest_sample, body.shape.distance( x ) );
                 const auto gas = gasAt( x );
                 if ( const auto fault = _initial.fault( x, gas );
                      !fault.empty() )
@@ -182,26 +219,25 @@ class Survey
     {
         const double still =
             same * ( speed( *_first ) + soundSpeed( *_first ) );
-        for ( const auto& entry : _input.at( "boundary" ) )
-        {
-            const auto type = entry.at( "type" ).get<std::string>();
-            bool disturbs = true; // also what is not known here
-            if ( type == "periodic" || type == "outflow" )
-                disturbs = false;
-            else if ( type == "slip_wall" )
-                disturbs =
-                    std::abs(
-                        _first
-                            ->velocity[sideNumber( entry.at( "side" ) ) / 2] ) >
-                    still;
-            else if ( type == "no_slip_wall" || type == "obstacle" )
-                disturbs = speed( *_first ) > still;
-            else if ( type == "inflow" || type == "recycle" )
-                disturbs = !areSame( *_first, toGasState( entry ) );
-            if ( disturbs )
-                return true;
-        }
-        return false;
+        if ( !_bodies.empty() && speed( *_first ) > still )
+            return true;
+        const auto& entries = _input.at( "boundary" );
+        return std::any_of(
+            entries.begin(), entries.end(),
+            [&]( const Json& entry )
+            {
+                const auto& hooks = boundaryHooks( entry, Dim );
+                if ( !hooks.beyond )
+                    return !hooks.solid; // nobody knows, or looked at above
+                const auto sides = sidesOf( entry, Dim );
+                return std::any_of(
+                    sides.begin(), sides.end(),
+                    [&]( const SideClaim& claim ) {
+                        return !areSame(
+                            *_first,
+                            hooks.beyond( entry, claim.side, *_first ) );
+                    } );
+            } );
     }
 
     //! Does a uniform gas not stay so, because its particles lie at random?
@@ -253,14 +289,6 @@ class Survey
             strength = std::max( before, behind );
         }
         return strength;
-    }
-
-    static GasState mirrored( GasState gas, const Vector3& normal )
-    {
-        const double along = dot<3>( gas.velocity, normal );
-        for ( int d = 0; d < 3; ++d )
-            gas.velocity[d] -= 2 * along * normal[d];
-        return gas;
     }
 
     std::string tell( const Vector<Dim>& x, const std::string& what,
@@ -334,25 +362,19 @@ class Survey
     {
         const int axis = side / 2;
         x[axis] = side % 2 ? _grid.upper[axis] : _grid.lower[axis];
-        Vector3 normal{};
-        normal[axis] = 1;
         for ( const auto& entry : _input.at( "boundary" ) )
         {
-            if ( !entry.contains( "side" ) )
-                continue;
-            const auto type = entry.at( "type" ).get<std::string>();
-            const int taken = sideNumber( entry.at( "side" ) );
-            if ( taken != side &&
-                 !( type == "recycle" && taken == ( side ^ 1 ) ) )
-                continue;
-            if ( entry.contains( "region" ) &&
-                 makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) )
-                         .distance( x ) >= 0 )
-                continue;
-            if ( type == "slip_wall" || type == "no_slip_wall" )
-                return mirrored( gas, normal );
-            if ( type == "inflow" || ( type == "recycle" && taken != side ) )
-                return toGasState( entry );
+            const auto sides = sidesOf( entry, Dim );
+            const auto& beyond = boundaryHooks( entry, Dim ).beyond;
+            const bool is_here =
+                std::any_of( sides.begin(), sides.end(),
+                             [side]( const SideClaim& claim )
+                             { return claim.side == side; } ) &&
+                ( !entry.contains( "region" ) ||
+                  makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) )
+                          .distance( x ) < 0 );
+            if ( is_here && beyond )
+                return beyond( entry, side, gas );
         }
         return gas;
     }
@@ -364,17 +386,18 @@ class Survey
             return "";
         for ( const auto& body : _bodies )
         {
-            const auto nearest = body.nearest( x );
+            const auto nearest = body.shape.nearest( x );
             if ( nearest.distance > _grid.minSpacing() )
                 continue;
             // Along the normal, as axis 0, the gas meets its mirror image.
             Vector3 normal{};
             for ( int d = 0; d < Dim; ++d )
                 normal[d] = nearest.normal[d];
-            auto turned = gas;
-            turned.velocity = { -dot<3>( gas.velocity, normal ), 0, 0 };
-            const double strength =
-                strongest( turned, mirrored( turned, { 1, 0, 0 } ), 0 );
+            const double approach = -dot<3>( gas.velocity, normal );
+            auto turned = gas, image = gas;
+            turned.velocity = { approach, 0, 0 };
+            image.velocity = { -approach, 0, 0 };
+            const double strength = strongest( turned, image, 0 );
             if ( strength > least_shock )
                 return tell( x, "the gas that meets the body", strength );
         }
@@ -385,36 +408,46 @@ class Survey
     InitialGas<Dim> _initial;
     std::optional<GasLaw> _law; // else nothing is known of sound and shocks
     Grid<Dim> _grid;
-    std::vector<Shape<Dim, Kokkos::HostSpace>> _bodies;
+    std::vector<Body> _bodies;
     std::vector<GasState> _gas;
     std::optional<GasState> _first;
     double _least_speed = Kokkos::Experimental::infinity_v<double>;
     bool _is_uniform = true;
 };
 
-} // namespace
+//! Facts for the modules, and what none of them would say.
+using Findings = std::pair<FlowFacts, std::vector<std::string>>;
 
-FlowFacts surveyInput( const Json& input )
+template <int Dim>
+Findings surveyInput( const Json& input )
+{
+    Survey<Dim> survey( input );
+    auto facts = survey.facts();
+    return { std::move( facts ), survey.oddities() };
+}
+
+Findings surveyInput( const Json& input )
 {
     switch ( input.at( "dimension" ).get<int>() )
     {
     case 1:
-        return Survey<1>( input ).facts();
+        return surveyInput<1>( input );
     case 2:
-        return Survey<2>( input ).facts();
+        return surveyInput<2>( input );
     default:
-        return Survey<3>( input ).facts();
+        return surveyInput<3>( input );
     }
 }
+
+} // namespace
 
 std::vector<std::string> findWarnings( const Json& input )
 {
     checkSides( input );
-    const auto facts = surveyInput( input );
-    std::vector<std::string> warnings;
+    auto [facts, warnings] = surveyInput( input );
     for ( const auto& factory : physicsModules<3>() )
     {
-        if ( !factory.remark )
+        if ( !factory.input.remark )
             continue;
         const auto& physics = input.at( "physics" );
         std::string place = "/physics";
@@ -425,7 +458,7 @@ std::vector<std::string> findWarnings( const Json& input )
                 entry = &physics[k];
                 place = fmt::format( "/physics/{}", k );
             }
-        const auto remark = factory.remark( entry, facts );
+        const auto remark = factory.input.remark( entry, facts );
         if ( !remark.empty() )
             warnings.push_back( fmt::format( "{}: {}", place, remark ) );
     }

@@ -5,7 +5,7 @@
 #ifndef MACHPOINT_WARNINGS_HPP
 #define MACHPOINT_WARNINGS_HPP
 
-#include <core/flow_facts.hpp>
+#include <core/parameters.hpp>
 
 #include <string>
 #include <vector>
@@ -14,17 +14,14 @@ namespace Machpoint
 {
 
 /*!
-  \brief Looks at the initial gas, the sides and the bodies of an input.
+  \brief What the physics modules say of an input, as "/physics/1: ...", and
+  what is odd about its gas and its bodies, whatever the modules.
 
   The gas is asked for at the centres of the cells, of 250000 larger ones where
   there are more. A shock is a wave, from two gases that meet or from one that
   meets a wall or a body, behind which the pressure is a tenth higher.
   \param input resolved \throws InputError where there is no such gas
 */
-FlowFacts surveyInput( const Json& input );
-
-//! What the physics modules say of an input, as "/physics/1: ...".
-//! \param input resolved \throws InputError as above
 std::vector<std::string> findWarnings( const Json& input );
 
 } // namespace Machpoint

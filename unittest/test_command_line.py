@@ -606,6 +606,10 @@ class Run(CommandLineTest):
                               "--set", "time.end=1e-5")
         self.assertCode(result, WRONG_INPUT)
         self.assertIn("/time/end: 1e-05 lies before", result.stderr)
+        result = self.run_sod("--restart", "latest", *keep, "--max-steps", "5")
+        self.assertCode(result, WRONG_INPUT)
+        self.assertIn("--max-steps 5: ", result.stderr)
+        self.assertIn("has step 6", result.stderr)
         # Nor does it take the place of another run.
         other = self.directory / "other"
         machpoint("run", SOD, "--output", other, "--max-steps", "2")
@@ -795,6 +799,28 @@ class Warnings(unittest.TestCase):
                 line.startswith(f"{INPUTS / name}.json: warning: /physics"),
                 line)
         return lines
+
+    def odd(self, *assignments):
+        arguments = [word for text in assignments for word in ("--set", text)]
+        result = machpoint("check", INPUTS / "cylinder_mach3.json", *arguments)
+        self.assertEqual(result.returncode, FINISHED, result.stderr)
+        return [line.split(": warning: ")[1]
+                for line in result.stderr.splitlines()]
+
+    def test_a_body_that_no_gas_meets(self):
+        # The domain is [0, 4] x [0, 2].
+        place = "boundary.4.shape.center=[0.6,{}]".format
+        coarse = "grid.cells=[60,40]"
+        self.assertEqual(self.odd(coarse, place(2.4)), [])
+        line, = self.odd(coarse, place(3))
+        self.assertTrue(line.startswith("/boundary/4: the body is outside"),
+                        line)
+
+    def test_a_body_that_leaves_no_room(self):
+        line, *_ = self.odd("grid.cells=[60,40]",
+                            "boundary.4.shape.radius=10")
+        self.assertTrue(line.startswith("/initial: no gas is at any place"),
+                        line)
 
     def test_shocks_without_viscosity(self):
         # Two gases, a blast, a wall that gas runs into, cold gas that meets

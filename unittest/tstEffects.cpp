@@ -2,6 +2,7 @@
 // Tools callbacks, with each optional effect and without it.
 #include "scenes.hpp"
 
+#include <boundary/walls.hpp>
 #include <core/profile.hpp>
 #include <core/registry.hpp>
 #include <drivers/study_effects.hpp>
@@ -382,6 +383,20 @@ TEST_P( OptionalPart, costsNothingWhenOff )
     }
 }
 
+//! The messages of an input that is refused, one a line.
+std::string refusal( const Json& input )
+{
+    try
+    {
+        resolveInput( input, "test" );
+    }
+    catch ( const InputError& error )
+    {
+        return error.what();
+    }
+    return "";
+}
+
 //! Overrides one hook by its base, one by itself, and one that nobody can see.
 template <int Dim>
 class ListenerBase : public Module<Dim>
@@ -397,6 +412,10 @@ class Listener : public ListenerBase<Dim>
     static Parameters declare( const int dimension )
     {
         return Parameters( name, "has three hooks", dimension );
+    }
+    static std::string fault( const Json&, const MethodFacts& method )
+    {
+        return method.name == "paper" ? ": hears nothing there" : "";
     }
     explicit Listener( const Json& ) {}
     bool particleSource( State<Dim>& ) override { return false; }
@@ -430,6 +449,102 @@ TEST( Effects, noHookIsCalledThatAModuleDoesNotHave )
                                      { return effect.name == "listener"; } );
     ASSERT_NE( found, effects.end() );
     EXPECT_EQ( found->calls, 1 + 3 * 5 ); // made, and in every step
+
+    input["method"]["name"] = "paper";
+    EXPECT_EQ( refusal( input ), "test: /physics/1: hears nothing there" );
+}
+
+//! A boundary from outside that takes both ends of x, and says all that one can
+//! before it is made.
+template <int Dim>
+class Plugs : public Module<Dim>
+{
+  public:
+    static constexpr const char* name = "plugs";
+    static Parameters declare( const int dimension )
+    {
+        Parameters p( name, "walls at both ends of x", dimension );
+        p.number( "weight", "told to nobody" );
+        p.text( "of", "the method that made it up" ).optional();
+        return p;
+    }
+    static void complete( Json& entry, const MethodFacts& method )
+    {
+        if ( !entry.contains( "of" ) )
+            entry["of"] = method.name;
+    }
+    static std::string fault( const Json& entry, const MethodFacts& method )
+    {
+        return entry.at( "weight" ) > 0 && method.has_images
+                   ? ""
+                   : "/weight: must be > 0";
+    }
+    static std::vector<SideClaim> sides( const Json& )
+    {
+        return { { 0, SideKind::slip }, { 1, SideKind::slip } };
+    }
+    static GasState beyond( const Json&, const int side, const GasState& gas )
+    {
+        return SlipWall<Dim>::beyond( {}, side, gas );
+    }
+    explicit Plugs( const Json& )
+        : _lower( Json{ { "side", "x_lower" } } ),
+          _upper( Json{ { "side", "x_upper" } } )
+    {
+    }
+    void applyToParticles( State<Dim>& state ) override
+    {
+        _lower.applyToParticles( state );
+        _upper.applyToParticles( state );
+    }
+
+  private:
+    SlipWall<Dim> _lower, _upper;
+};
+
+// What a type says of its entry counts as if it were one of ours.
+TEST( BoundaryFromOutside, isAskedAboutItsEntry )
+{
+    static const bool registered = []
+    {
+        registerBoundary<Plugs>();
+        return true;
+    }();
+    static_cast<void>( registered );
+    auto input = shockTube( 1, 40, 3, "conservative", "quadratic" );
+    addViscosity( input );
+    auto walls = simulate( input );
+    auto own = input;
+    own["boundary"] =
+        Json::array( { { { "type", "plugs" }, { "weight", 1 } } } );
+    auto plugs = simulate( own );
+    for ( auto* run : { walls.get(), plugs.get() } )
+        advanceTo( *run, 0.6 ); // waves are back from both ends
+    const auto a = walls->particleData(), b = plugs->particleData();
+    ASSERT_EQ( a.id, b.id );
+    for ( std::size_t p = 0; p < a.id.size(); ++p )
+        EXPECT_NEAR( a.velocity[p], b.velocity[p], tolerance( 1e-11 ) );
+    EXPECT_EQ( resolveInput( own, "test" )["boundary"][0]["of"],
+               "conservative" );
+
+    own["boundary"][0]["weight"] = 0;
+    EXPECT_EQ( refusal( own ), "test: /boundary/0/weight: must be > 0" );
+    own["boundary"][0]["weight"] = 1;
+    own["boundary"].push_back(
+        { { "type", "slip_wall" }, { "side", "x_upper" } } );
+    EXPECT_NE( refusal( own ).find( "more than one entry for side x_upper" ),
+               std::string::npos );
+
+    // Gas that runs into a plug, and nothing that gives the shock a width.
+    auto bare = box( 1, 40, 3, "conservative", "quadratic", "periodic" );
+    bare["initial"][0]["velocity"] = { 0.5 };
+    EXPECT_TRUE( findWarnings( resolveInput( bare, "test" ) ).empty() );
+    bare["boundary"] = own["boundary"];
+    bare["boundary"].erase( 1 );
+    const auto warnings = findWarnings( resolveInput( bare, "test" ) );
+    ASSERT_EQ( warnings.size(), 1u );
+    EXPECT_NE( warnings[0].find( "the side x_" ), std::string::npos )
+        << warnings[0];
 }
 
 //! A gas from outside: p (1 / rho - b) = (gamma - 1) e, of Noble and Abel.

@@ -70,5 +70,16 @@ check("energy less work, relative drift", balance["total_energy"],
       1e-4 if single else 1e-11)
 check("position of the face, error", face - u * time,
       1e-6 if single else 1e-12)
+# A study knows the boundary's series, too.
+study = output / "piston.json"
+study.write_text(json.dumps({
+    "study": "piston", "input": str(pathlib.Path(source).resolve()),
+    "vary": [{"grid.cells": [[75], [150]]}], "error": "piston.force",
+    "reference": {"type": "known", "values": {"piston.force": pressure}}}))
+subprocess.run([program, "study", study, "--output", output / "study"],
+               check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+rows = json.loads((output / "study" / "study.json").read_text())["rows"]
+force = rows[-1]["values"]["piston.force"]
+check("mean force of 150 cells, relative error", force / pressure - 1, 0.03)
 check("particles behind the face", np.count_nonzero(position < face), 0)
 sys.exit(failures > 0)

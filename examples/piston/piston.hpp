@@ -49,12 +49,19 @@ class Piston : public Machpoint::Module<Dim>
         return p;
     }
 
+    //! What a study can take for an error.
+    static std::vector<std::string> columns()
+    {
+        return { "force", "position" };
+    }
+
     explicit Piston( const Machpoint::Json& json )
         : _axis( json.at( "axis" ).get<std::string>()[0] - 'x' ),
           _position( json.at( "position" ) ), _velocity( json.at( "velocity" ) )
     {
         _series.name = json.at( "name" );
-        _series.columns = { "time", "force", "position" };
+        _series.columns = columns();
+        _series.columns.insert( _series.columns.begin(), "time" );
     }
 
     //! Behind the face there is no gas.
