@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_OBSTACLE_HPP
 #define MACHPOINT_OBSTACLE_HPP
 
+#include <boundary/image_cover.hpp>
 #include <boundary/shape_input.hpp>
 #include <core/module.hpp>
 #include <core/node_list.hpp>
@@ -36,6 +37,9 @@ class Obstacle : public Module<Dim>
   public:
     static constexpr const char* name = "obstacle";
 
+    //! Part of what a face sees that images must fill, or its nodes rest.
+    static constexpr Real least_cover = 0.3;
+
     static Parameters declare( const int dimension )
     {
         Parameters p( name, "a solid body in the gas", dimension );
@@ -48,7 +52,7 @@ class Obstacle : public Module<Dim>
                   "default) or projection of node velocities" )
             .optional();
         p.number( "image_reach", "particles this near have an image" )
-            .unit( "cells" )
+            .unit( "longest cell sides" )
             .above( 0 )
             .atMost( farthest_image )
             .defaultsTo( 2.2 )
@@ -107,11 +111,12 @@ class Obstacle : public Module<Dim>
         return _host_shape.distance( x ) < 0;
     }
 
-    //! Lists the solid nodes.
+    //! Lists the solid nodes, or those that stand for the wall where images
+    //! leave gaps.
     void layOut( State<Dim>& state ) override
     {
         if ( _has_images )
-            return;
+            return findGaps( state );
         const auto shape = _shape;
         const Real reach = _reach * state.grid.minSpacing();
         _nodes = listNodes(
@@ -121,9 +126,57 @@ class Obstacle : public Module<Dim>
             } );
     }
 
+    //! Where images leave the body empty, and which nodes rest for it.
+    void findGaps( State<Dim>& state )
+    {
+        const auto layout = state.layout;
+        const ImageCover<Dim> cover{ _shape, state.grid, layout.period,
+                                     imageDistance( state.grid ),
+                                     state.stencil_nodes };
+        _nodes = listNodes(
+            "Machpoint::heldNodes", layout,
+            MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
+                return cover.heldAxes( x, least_cover ) != 0;
+            } );
+        _axes = IndexList( "Machpoint::heldAxes", _nodes.extent( 0 ) );
+        const auto held = _nodes;
+        const auto axes = _axes;
+        forEach(
+            "Machpoint::heldAxes", held.extent_int( 0 ),
+            MACHPOINT_LAMBDA( const int k ) {
+                const auto i = layout.home( layout.indices( held( k ) ) );
+                axes( k ) = cover.heldAxes( layout.position( i ), least_cover );
+            } );
+        ImageGaps gaps;
+        gaps.nodes = listNodes(
+            "Machpoint::imageGaps", layout,
+            MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
+                for ( int a = 0; a < Dim; ++a )
+                    if ( cover.missing( x, a ) > 0 )
+                        return true;
+                return false;
+            } );
+        gaps.missing =
+            NodeView( "Machpoint::imageGaps", gaps.nodes.extent( 0 ), Dim );
+        forEach(
+            "Machpoint::imageGaps", gaps.nodes.extent_int( 0 ),
+            MACHPOINT_LAMBDA( const int k ) {
+                const auto i = layout.home( layout.indices( gaps.nodes( k ) ) );
+                for ( int a = 0; a < Dim; ++a )
+                    gaps.missing( k, a ) =
+                        cover.missing( layout.position( i ), a );
+            } );
+        state.image_gaps.push_back( gaps );
+    }
+
     Real imageReach( const Grid<Dim>& grid ) const override
     {
-        return _has_images ? 2 * _image_reach * grid.minSpacing() : 0;
+        return _has_images ? 2 * imageDistance( grid ) : 0;
+    }
+    //! How near a particle with an image is, length.
+    Real imageDistance( const Grid<Dim>& grid ) const
+    {
+        return _image_reach * grid.maxSpacing();
     }
 
     void mirrorParticles( State<Dim>& state ) override
@@ -133,8 +186,7 @@ class Obstacle : public Module<Dim>
         const auto x = state.particles.template slice<Position>();
         const auto shape = _shape;
         const auto grid = state.grid;
-        const Real reach = _image_reach * grid.minSpacing();
-        findNear( state, reach );
+        findNear( state, imageDistance( grid ) );
         const auto rows = _near;
         const int near = rows.extent_int( 0 );
         auto& images = state.images;
@@ -169,7 +221,7 @@ class Obstacle : public Module<Dim>
     void applyToGrid( State<Dim>& state, const GridVelocity& velocity ) override
     {
         if ( _has_images )
-            return;
+            return hold( state, velocity );
         const auto nodes = _nodes;
         const auto shape = _shape;
         const auto layout = state.layout;
@@ -196,14 +248,46 @@ class Obstacle : public Module<Dim>
                 {
                     field( row, first + d ) -= normal_velocity * n[d];
                     if ( share > 0 )
-                        sum.value[d] +=
-                            share * moments( row, 0 ) * normal_velocity * n[d];
+                        sum.value[d] += share * moments( row, 0 ) *
+                                        velocity.takenUp( row ) *
+                                        normal_velocity * n[d];
                 }
             },
             impulse );
         if ( velocity.acts )
-            for ( int d = 0; d < Dim; ++d )
-                _impulse.value[d] += impulse.value[d];
+            _impulse += impulse;
+    }
+
+    //! Nodes that stand for the wall rest along their axes.
+    void hold( const State<Dim>& state, const GridVelocity& velocity )
+    {
+        const auto nodes = _nodes;
+        const auto axes = _axes;
+        const auto layout = state.layout;
+        const auto weights = state.halo.weights();
+        const auto moments = state.nodes.moments;
+        const auto field = velocity.field;
+        const int first = velocity.first;
+        Impulse impulse;
+        reduceEach(
+            "Machpoint::holdNodes", nodes.extent_int( 0 ), few_particles,
+            MACHPOINT_LAMBDA( const int k, Impulse& sum ) {
+                const int row = nodes( k );
+                const Real share = weights( layout.indices( row ) );
+                const Real taken = velocity.takenUp( row );
+                for ( int d = 0; d < Dim; ++d )
+                {
+                    if ( ( axes( k ) & ( 1 << d ) ) == 0 )
+                        continue;
+                    Real& v = field( row, first + d );
+                    if ( share > 0 )
+                        sum.value[d] += share * moments( row, 0 ) * taken * v;
+                    v = 0;
+                }
+            },
+            impulse );
+        if ( velocity.acts )
+            _impulse += impulse;
     }
 
     void applyToParticles( State<Dim>& state ) override
@@ -216,7 +300,11 @@ class Obstacle : public Module<Dim>
         if ( !_has_images || _image_reach < 1 + state.cfl )
             findNear( state, h );
         const auto V = state.particles.template slice<Volume>();
+        const auto C = state.particles.template slice<VelocityGradient>();
+        const auto e = state.particles.template slice<SpecificInternalEnergy>();
         const auto pressure = state.particles.template slice<Pressure>();
+        const auto grid = state.grid;
+        const auto moment_of = state.affine_moment;
         const bool has_rates = state.rates;
         const auto working = sliceOfRates<WorkingPressure>( state );
         const auto noted = state.noted;
@@ -228,7 +316,8 @@ class Obstacle : public Module<Dim>
             MACHPOINT_LAMBDA( const int k, ReproducibleSum& pV,
                               ReproducibleSum& sum ) {
                 const int p = rows( k );
-                Vector<Dim> y = loadVector<Dim>( x, p );
+                const auto before = loadVector<Dim>( x, p );
+                auto y = before;
                 Real distance = shape.distance( y );
                 if ( distance > h )
                     return;
@@ -248,6 +337,11 @@ class Obstacle : public Module<Dim>
                     for ( int d = 0; d < Dim; ++d )
                         x( p, d ) = y[d];
                 }
+                if ( moment_of.varies )
+                    for ( int d = 0; d < Dim; ++d )
+                        if ( y[d] != before[d] )
+                            moment_of.carry( grid, C, e, p, d, before[d],
+                                             y[d] );
             },
             force, volume );
         if ( _has_images )
@@ -308,13 +402,15 @@ class Obstacle : public Module<Dim>
     {
         const auto impulses = state.images.impulses;
         const int first = _first_image;
+        Impulse gained;
         reduceEach(
             "Machpoint::imageImpulse", _last_image - first, few_particles,
             MACHPOINT_LAMBDA( const int k, Impulse& sum ) {
                 for ( int d = 0; d < Dim; ++d )
                     sum.value[d] += impulses( first + k, d );
             },
-            _impulse );
+            gained );
+        _impulse += gained;
     }
 
     //! A vector that can be summed over nodes.
@@ -339,7 +435,8 @@ class Obstacle : public Module<Dim>
     IndexList _near;                             // particles
     bool _bilateral;
     Real _reach;
-    IndexList _nodes;
+    IndexList _nodes; // projected, or held
+    IndexList _axes;  // of the latter, a bit each
     Impulse _impulse;
     Series _series;
 };

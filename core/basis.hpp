@@ -307,6 +307,27 @@ struct AffineMoment
         return varies ? Machpoint::slopeFactor<Linear>( before, after )
                       : 1.0_rt;
     }
+
+    //! Carries the slopes of a particle along axis b from one place on it to
+    //! another: what their energy loses becomes heat.
+    //! \param affine, e slices of C and of the energy per mass \param p row
+    template <int Dim, class Affine, class Energy>
+    KOKKOS_INLINE_FUNCTION void
+    carry( const Grid<Dim>& grid, const Affine& affine, const Energy& e,
+           const int p, const int b, const Real from, const Real to ) const
+    {
+        const Real moment = ( *this )( grid, from, b );
+        const Real moment_new = ( *this )( grid, to, b );
+        const Real factor = slopeFactor( moment, moment_new );
+        for ( int a = 0; a < Dim; ++a )
+        {
+            const Real slope = affine( p, a, b );
+            const Real kept = asDeviation( slope * factor );
+            store( affine, kept, p, a, b );
+            e( p ) +=
+                0.5_rt * ( slope * slope * moment - kept * kept * moment_new );
+        }
+    }
 };
 
 //! One node of a stencil, as seen by the particle.

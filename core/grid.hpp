@@ -68,6 +68,14 @@ struct Grid
             h = Kokkos::min( h, spacing[d] );
         return h;
     }
+    //! The largest spacing.
+    KOKKOS_INLINE_FUNCTION Real maxSpacing() const
+    {
+        Real h = spacing[0];
+        for ( int d = 1; d < Dim; ++d )
+            h = Kokkos::max( h, spacing[d] );
+        return h;
+    }
 };
 
 //! The cells of one rank: `begin` to `end` - 1 along each axis, numbered as in

@@ -39,6 +39,17 @@ struct Mirror
 };
 
 /*!
+  \brief Space that faces look at and neither gas nor its images can fill, as it
+  lies in a body behind a corner (boundary/image_cover.hpp).
+*/
+struct ImageGaps
+{
+    IndexList nodes;
+    //! The part of the face behind a node along each axis, 0 to 1. [n][Dim]
+    NodeView missing;
+};
+
+/*!
   \brief The images of a step.
 
   Image k belongs to particle(k). Modules append to the list; whoever scatters

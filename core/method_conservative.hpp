@@ -48,6 +48,8 @@ struct Conservative : MethodDefaults
     static constexpr int moment_columns = 2 + 3 * Dim;
     template <int Dim>
     static constexpr int velocity_columns = Impl::velocity_columns<Dim>;
+    template <int Dim>
+    static constexpr int lag_column = 2 * Dim;
 
     template <int Dim>
     static auto momentComponents()
@@ -211,13 +213,22 @@ struct Conservative : MethodDefaults
                                             storage.parts.least_filling );
     }
 
-    //! Section 3: force of the pressure, new velocity and blend.
+    //! Section 5: velocity and blend.
+    template <int Dim>
+    static void gridVelocity( const State<Dim>& state,
+                              const Storage<Dim>& storage,
+                              const NodeRows& rows )
+    {
+        Impl::velocityAndBlend( state, rows, storage.parts.blend );
+    }
+
+    //! Section 3: force of the pressure, and new velocity.
     template <int Dim>
     static void advanceGridVelocity( const State<Dim>& state,
                                      Storage<Dim>& storage )
     {
         const auto& parts = storage.parts;
-        Impl::applyPressure( state, parts.least_filling, parts.blend );
+        Impl::applyPressure( state, parts.least_filling );
         NodeComponents<2 * Dim> new_velocity{};
         for ( int d = 0; d < Dim; ++d )
             new_velocity[Dim + d] = { Parity::velocity, d };
@@ -245,6 +256,8 @@ struct Conservative : MethodDefaults
         else
             Impl::measureMotion<false>( state, storage.faces,
                                         parts.least_filling );
+        if ( rearranges )
+            Impl::creditGaps( state, storage.faces );
         state.halo.fillSides( storage.faces, Impl::allFaceComponents<Dim>() );
         // Images read what their particles were.
         if ( state.images.count > 0 )

@@ -34,6 +34,10 @@ struct MethodDefaults
     //! Has it no other way than artificial viscosity to give a shock a width?
     static constexpr bool shocks_need_viscosity = true;
 
+    //! Column of velocities with 1 - beta (GridVelocity::lag); -1: beta is 1.
+    template <int Dim>
+    static constexpr int lag_column = -1;
+
     //! Columns of Nodes::moments and Nodes::velocities.
     template <int Dim>
     static constexpr int moment_columns = 1 + 2 * Dim;
@@ -67,6 +71,14 @@ struct MethodDefaults
                                   const EquationOfState<Dim>& )
     {
         return std::numeric_limits<double>::infinity();
+    }
+
+    //! Node velocities before the step.
+    template <int Dim, class StorageType>
+    static void gridVelocity( const State<Dim>& state, const StorageType&,
+                              const NodeRows& rows )
+    {
+        Machpoint::gridVelocity( state, rows );
     }
 
     //! Line 5: node velocities after the step.

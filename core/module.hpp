@@ -26,6 +26,14 @@ struct GridVelocity
     int first = 0;    //!< column of component 0
     bool acts = true; //!< a change of it is an impulse on the gas; false
                       //!< for velocities that only serve as a gradient
+    int lag = -1;     //!< column of 1 - beta, the part of a change of v that
+                      //!< particles do not take up; -1: they take up all
+
+    //! Part of a change in a row that is an impulse on the gas, 0 to 1.
+    KOKKOS_INLINE_FUNCTION Real takenUp( const int row ) const
+    {
+        return lag < 0 ? 1.0_rt : 1 - field( row, lag );
+    }
 };
 
 /*!

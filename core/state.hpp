@@ -17,6 +17,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace Machpoint
 {
@@ -133,6 +134,7 @@ struct State
     Particles<Dim> particles;
     Nodes<Dim> nodes;
     Images<Dim> images; //!< of the particles near curved walls, this step
+    std::vector<ImageGaps> image_gaps; //!< of each body, from layOut on
     ImageWeight<Dim> image_weight;
     //! \name Null where the method knows only the gradient that a particle
     //! carries
@@ -154,6 +156,7 @@ struct State
     double dt = 0;              //!< of the step, before it of the last one
     double cfl = 0;             //!< Courant number
     AffineMoment affine_moment; //!< of the basis; 0 without affine energy
+    int stencil_nodes = 0;      //!< that a particle sees along an axis
     bool reproducible = false;  //!< sums have the same bits on any ranks
     Real least_energy = 0;      //!< per mass, that a step may leave
     //! Kernels tell of particles above it (Large).

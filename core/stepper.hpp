@@ -36,7 +36,8 @@ class Stepper : public TimeLoop<Dim>
                  Method::template velocity_columns<Dim>,
                  Method::affine,
                  Method::affine ? AffineMoment::of<Basis>() : AffineMoment{},
-                 Method::positive_energy };
+                 Method::positive_energy,
+                 Method::template lag_column<Dim> };
     }
 
     void layOutFields() override { _storage.layOut( this->state() ); }
@@ -55,7 +56,7 @@ class Stepper : public TimeLoop<Dim>
         auto& state = this->state();
         const auto components = Method::template momentComponents<Dim>();
         const auto divide = [&]( const NodeRows& rows )
-        { gridVelocity( state, rows ); };
+        { Method::gridVelocity( state, _storage, rows ); };
         auto& moments = state.nodes.moment_sum;
         if ( Method::needs_outer_moments )
             moments.foldAndFill( state.halo, components, divide );

@@ -33,6 +33,7 @@ struct Scheme
     bool affine; //!< do particles carry an affine velocity field?
     AffineMoment affine_moment; //!< of their kinetic energy; 0 if not
     bool positive_energy;       //!< is a step repeated that makes it negative?
+    int lag_column;             //!< GridVelocity::lag of v
 };
 
 /*!
@@ -173,6 +174,7 @@ class TimeLoop : public Simulation
     {
         auto& state = _scene.state;
         state.affine_moment = scheme.affine_moment;
+        state.stencil_nodes = scheme.stencil_nodes;
         if ( !scheme.positive_energy )
             state.least_energy = -Kokkos::Experimental::infinity_v<Real>;
         makeNodes();
@@ -256,6 +258,7 @@ class TimeLoop : public Simulation
             NodeView( "Machpoint::velocities", state.layout.total,
                       _scheme.velocity_columns );
         layOutImageWeight( state );
+        state.image_gaps.clear(); // bodies find them anew
     }
 
     //! Makes all that hangs on this rank's box, for the box that it has now.
@@ -346,7 +349,8 @@ class TimeLoop : public Simulation
             foldMoments();
         }
         // FLIP takes up only v' - v, so there v alone gives no impulse.
-        constrain( { state.nodes.velocities, 0, _scheme.affine } ); // eq. 7
+        constrain( { state.nodes.velocities, 0, _scheme.affine,
+                     _scheme.lag_column } ); // eq. 7
         {
             Profile::Phase phase( "grid" );
             advanceVelocities(); // 5

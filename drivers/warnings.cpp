@@ -84,7 +84,7 @@ class Survey
                            "at, so a run may find no room for a particle; "
                            "fill the domain, or leave room beside bodies" );
         // From the centre of a sample to a body that might yet act on it.
-        double reach = farthest_image * makeGrid<Dim>( _input ).minSpacing();
+        double reach = farthest_image * makeGrid<Dim>( _input ).maxSpacing();
         for ( int d = 0; d < Dim; ++d )
             reach += 0.5 * _grid.spacing[d];
         for ( const auto& body : _bodies )

@@ -105,8 +105,12 @@ REPRODUCIBLE = {
     "vortex": ("isentropic_vortex", {"grid.cells": [24, 24]}, 10, (2, 4)),
     "blast with halves": ("sedov_2d", {"grid.cells": [24, 24]}, 30, (3, 4)),
     "cylinder": ("cylinder_mach3", {
-        "grid.cells": [60, 40], "method.merge_volume": 0.4}, 15,
+        "grid.cells": [80, 40], "method.merge_volume": 0.4}, 15,
                  (2, 3, [2, 2], [4, 1], [1, 4])),
+    # Nodes that stand for the wall, in more than one box.
+    "ball on the floor": ("cylinder_mach3", {
+        "grid.cells": [60, 30], "boundary.4.shape.center": [0.6, 0.25]}, 30,
+                          (2, 3, [4, 1])),
     "cylinder, apic": ("cylinder_mach3", {
         "grid.cells": [60, 30], **method("apic", "quadratic")}, 10, (3,)),
     "recycled stream": ("cylinder_mach3_recycle", {

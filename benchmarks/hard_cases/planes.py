@@ -386,6 +386,33 @@ def lift(runs):
     return values
 
 
+def corner_velocity(runs):
+    """Largest speed over that of sound, by the body's name and placement."""
+    return {f"max |v|/c, {r.input['boundary'][-1]['name']}, "
+            f"{r.input['particles']['placement']}":
+            r.error("velocity", "Linf") for r in runs}
+
+
+def buoyancy(runs):
+    """Mean lift of a ball over the second half of the run, over the weight of
+    the gas that it displaces, by strips of the disc; error of the density."""
+    values = {}
+    for run in runs:
+        ball = body(run)
+        with open(run.directory / "series" / "ball.csv") as file:
+            rows = list(csv.DictReader(file))
+        end = run.summary["final_time"]
+        lifts = [float(r["force_y"]) for r in rows
+                 if float(r["time"]) > end / 2]
+        y = ball["radius"] * ((np.arange(4000) + 0.5) / 2000 - 1)
+        weight = np.mean(2 * np.sqrt(ball["radius"]**2 - y**2) *
+                         np.exp(-ball["center"][1] - y)) * 2 * ball["radius"]
+        label = f"{run.input['particles']['placement']}, {size(run)}"
+        values[f"lift/exact, {label}"] = float(np.mean(lifts)) / weight
+        values[f"L1(rho), {label}"] = run.error("density", "L1")
+    return values
+
+
 def against(runs, reference):
     """L1 of the nodes' density against a finite-volume run on the same or a
     finer grid, over the mean density; both sampled at our nodes."""
@@ -430,6 +457,25 @@ def blasts(*pairs):
     """(cells, per cell): the blast is as wide as a cell."""
     return [{"grid.cells": [n, n], "particles.per_cell": k,
              "initial.0.radius": 2.0 / n} for n, k in pairs]
+
+
+def corners(cells, end):
+    """Gas at rest around bodies that make acute corners with walls, with each
+    other or with themselves; sound travels 1 in time 1."""
+    ball = {"type": "sphere", "center": [0.5, 0.2], "radius": 0.2}
+    bodies = {
+        "ball on the floor": ball,
+        "two balls": {"type": "union", "shapes": [
+            ball, dict(ball, center=[0.5, 0.6])]},
+        "ramp of 60°": {"type": "half_space", "point": [0.03, 0.25],
+                        "normal": [-math.sqrt(0.75), 0.5]},
+        "ramp of 30°": {"type": "half_space", "point": [0.03, 0.25],
+                        "normal": [-0.5, math.sqrt(0.75)]}}
+    walls = [{"type": "slip_wall", "side": side}
+             for side in ("x_lower", "x_upper", "y_lower", "y_upper")]
+    return [dict(p, **{"grid.cells": cells, "time.end": end, "boundary": walls + [
+                {"type": "obstacle", "name": name, "shape": shape}]})
+            for name, shape in bodies.items() for p in PLACEMENTS]
 
 
 SMOOTH = {"method.blend": 0.1,
@@ -501,6 +547,18 @@ CASES = [
          {"max |v|, lattice": at_most(1e-10, EQUILIBRIUM),
           "max |v|, random": at_most(1e-10, EQUILIBRIUM)},
          most_steps=50000),
+    Case("corners", "2D", "gas_at_rest_2d", "gas at rest in acute corners",
+         corner_velocity, corners([48, 48], 20), corners([24, 24], 1),
+         {f"max |v|/c, {run['boundary'][-1]['name']}, "
+          f"{run['particles.placement']}": at_most(0.02, EQUILIBRIUM)
+          for run in corners([48, 48], 20)}),
+    Case("buoyancy", "2D", "buoyancy", "a ball in a gas that stands", buoyancy,
+         [dict(p, **s) for s in square(32, 64, 128) for p in PLACEMENTS],
+         square(24),
+         {"lift/exact, lattice, 24²": about(1, 0.02, COARSE),
+          **{f"lift/exact, {p['particles.placement']}, {n}²":
+             about(1, 0.01, "Archimedes")
+             for n in (32, 64, 128) for p in PLACEMENTS}}),
     Case("taylor_green", "2D", "taylor_green", "vortices at Mach 0.1",
          kinetic_energy, square(64), square(24),
          {"kinetic energy kept, 64²": at_least(0.9, "ideal flow: 1"),

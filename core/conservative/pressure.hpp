@@ -73,17 +73,44 @@ struct WorkingGas
     }
 };
 
+//! 1 / m of a node; 0 without gas, or with so little that it were infinite.
+KOKKOS_FORCEINLINE_FUNCTION Real perMass( const Real m )
+{
+    return m < Kokkos::Experimental::norm_min_v<Real> ? 0.0_rt : 1 / m;
+}
+
 /*!
-  \brief v'_i = v_i + dt f_i / m_i (Algorithm 1, line 5) with the pressure's
-  force f_(i,a) = h^Dim / h_a (p^a_(i-1/2) - p^a_(i+1/2)), and the blend
-  beta_i = min(1, beta_0 + kb-sum / m_i). The force telescopes, so momentum is
-  exact.
-  p^a_f = sum / max(theta, least filling).
-  \param blend beta_0 \param[out] state.nodes.velocities columns Dim to 2 Dim
+  \brief v_i = (mv)_i / m_i on nodes, 0 where there is no gas, and 1 - beta_i
+  with the blend beta_i = min(1, beta_0 + kb-sum / m_i).
+  \param blend beta_0
+  \param[out] state.nodes.velocities columns 0 to Dim - 1, and 2 Dim
 */
 template <int Dim>
-void applyPressure( const State<Dim>& state, const Real least_filling,
-                    const Real blend )
+void velocityAndBlend( const State<Dim>& state, const NodeRows& rows,
+                       const Real blend )
+{
+    const auto moments = state.nodes.moments;
+    const auto velocities = state.nodes.velocities;
+    const Real own = 1 - blend;
+    rows.forEach(
+        "Machpoint::gridVelocity",
+        MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
+            const Real per_mass = perMass( moments( i, 0 ) );
+            for ( int d = 0; d < Dim; ++d )
+                velocities( i, d ) = moments( i, 1 + d ) * per_mass;
+            velocities( i, 2 * Dim ) = Kokkos::max(
+                0.0_rt, own - moments( i, blend_column<Dim> ) * per_mass );
+        } );
+}
+
+/*!
+  \brief v'_i = v_i + dt f_i / m_i (Algorithm 1, line 5) with the pressure's
+  force f_(i,a) = h^Dim / h_a (p^a_(i-1/2) - p^a_(i+1/2)). The force telescopes,
+  so momentum is exact. p^a_f = sum / max(theta, least filling).
+  \param[out] state.nodes.velocities columns Dim to 2 Dim - 1
+*/
+template <int Dim>
+void applyPressure( const State<Dim>& state, const Real least_filling )
 {
     const auto moments = state.nodes.moments;
     const auto velocities = state.nodes.velocities;
@@ -91,7 +118,6 @@ void applyPressure( const State<Dim>& state, const Real least_filling,
     const auto inverse = state.grid.inverse;
     const Real dt = state.dt;
     const Real cell_volume = state.grid.cellVolume();
-    const Real own = 1 - blend;
     forEach(
         "Machpoint::applyPressure", layout.total,
         MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
@@ -111,10 +137,7 @@ void applyPressure( const State<Dim>& state, const Real least_filling,
             }
             for ( int f = 0; f < 2 * Dim; ++f )
                 pressure[f] /= filling[f];
-            const Real m = moments( i, 0 );
-            // 0 without gas, or with so little of it that this were infinite.
-            const Real per_mass =
-                m < Kokkos::Experimental::norm_min_v<Real> ? 0.0_rt : 1 / m;
+            const Real per_mass = perMass( moments( i, 0 ) );
             for ( int a = 0; a < Dim; ++a )
             {
                 const Real force = cell_volume * inverse[a] *
@@ -122,8 +145,6 @@ void applyPressure( const State<Dim>& state, const Real least_filling,
                 velocities( i, Dim + a ) =
                     velocities( i, a ) + dt * force * per_mass;
             }
-            velocities( i, 2 * Dim ) = Kokkos::max(
-                0.0_rt, own - moments( i, blend_column<Dim> ) * per_mass );
         } );
 }
 

@@ -185,19 +185,10 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                     if ( u[b] == 0 )
                         continue;
                     lengths( half, b ) -= halved / axes;
-                    const Real moment = moment_of( grid, x( half, b ), b );
+                    const Real from = x( half, b );
                     x( half, b ) += ( half == p ? -offset : offset ) * u[b];
-                    const Real moment_new = moment_of( grid, x( half, b ), b );
-                    const Real factor =
-                        moment_of.slopeFactor( moment, moment_new );
-                    for ( int a = 0; a < Dim; ++a )
-                    {
-                        const Real slope = affine( half, a, b );
-                        const Real kept = asDeviation( slope * factor );
-                        store( affine, kept, half, a, b );
-                        e( half ) += 0.5_rt * ( slope * slope * moment -
-                                                kept * kept * moment_new );
-                    }
+                    moment_of.carry( grid, affine, e, half, b, from,
+                                     x( half, b ) );
                 }
             }
         },

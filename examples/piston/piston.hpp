@@ -105,6 +105,7 @@ class Piston : public Machpoint::Module<Dim>
                 if ( share > 0 )
                 {
                     const double J = share * moments( row, 0 ) *
+                                     velocity.takenUp( row ) *
                                      ( u - field( row, column ) );
                     sum += J;
                     work_sum += J * u;
