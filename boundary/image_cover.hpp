@@ -7,7 +7,7 @@
 #define MACHPOINT_IMAGE_COVER_HPP
 
 #include <boundary/shape.hpp>
-#include <core/grid.hpp>
+#include <core/images.hpp>
 
 namespace Machpoint
 {
@@ -26,7 +26,7 @@ struct ImageCover
     Shape<Dim> shape;
     Grid<Dim> grid;
     Indices<Dim> period; //!< of the nodes; 0: the side mirrors
-    Real reach;          //!< particles this near have an image, length
+    Real reach;          //!< particles this near have an image, cells
     int stencil_nodes;   //!< of the basis, along an axis
 
     //! Half the width of a node's weight, cells.
@@ -41,7 +41,7 @@ struct ImageCover
         for ( int d = 0; d < Dim; ++d )
             if ( x[d] < grid.lower[d] || x[d] > grid.upper[d] )
                 return false;
-        return shape.distance( x ) >= 0;
+        return shape.distance( x ) >= -round_off * grid.minSpacing();
     }
 
     //! Is there an image of gas? \param x in the domain or beyond its sides
@@ -52,14 +52,22 @@ struct ImageCover
                  x[d] >= grid.upper[d] + grid.spacing[d] )
                 return false; // those are left out
         const auto nearest = shape.nearest( x );
-        if ( nearest.distance >= 0 || nearest.distance < -reach )
+        if ( nearest.distance >= 0 )
             return false;
-        auto gas = x;
-        for ( int d = 0; d < Dim; ++d )
-            gas[d] -= 2 * nearest.distance * nearest.normal[d];
-        // Nearer to another part of the surface, that is what mirrors it.
-        return isGas( gas ) &&
-               shape.distance( gas ) > -0.99_rt * nearest.distance;
+        auto isMirror = [&]( const Nearest<Dim>& part )
+        {
+            if ( part.distance >= 0 ||
+                 part.distance <
+                     -imageDistance<Dim>( grid, reach, part.normal ) )
+                return false;
+            auto gas = x;
+            for ( int d = 0; d < Dim; ++d )
+                gas[d] -= 2 * part.distance * part.normal[d];
+            // Nearer to another part of the surface, that is what mirrors it.
+            return isGas( gas ) &&
+                   shape.distance( gas ) > -0.99_rt * part.distance;
+        };
+        return isMirror( nearest ) || shape.anyPart( x, isMirror );
     }
 
     //! A place's image beyond the sides of the axes in `axes`, a bit each.
@@ -157,16 +165,18 @@ struct ImageCover
     //! particle see the node? \param x of the node
     KOKKOS_FUNCTION bool mayLack( const Vector<Dim>& x ) const
     {
-        const Real farthest = Kokkos::sqrt( Real( Dim ) ) *
-                              ( support() + 0.5_rt ) * grid.maxSpacing();
-        return Kokkos::abs( shape.distance( x ) ) <= farthest;
+        const Real h = grid.maxSpacing();
+        const Real sight = Kokkos::sqrt( Real( Dim ) ) * support() * h;
+        const Real distance = shape.distance( x );
+        return -sight <= distance && distance <= sight + 0.5_rt * h;
     }
 
     //! The part of what a node's face behind it along an axis looks at that is
     //! never filled. \param x of the node
     KOKKOS_FUNCTION Real missing( const Vector<Dim>& x, const int axis ) const
     {
-        return mayLack( x ) ? 1 - ofFace( faceBeside( x, axis, 1 ), axis ) : 0;
+        const auto face = faceBeside( x, axis, 1 );
+        return mayLack( face ) ? 1 - ofFace( face, axis ) : 0.0_rt;
     }
 
     /*!

@@ -52,10 +52,10 @@ class Obstacle : public Module<Dim>
                   "default) or projection of node velocities" )
             .optional();
         p.number( "image_reach", "particles this near have an image" )
-            .unit( "longest cell sides" )
+            .unit( "cells along the normal" )
             .above( 0 )
             .atMost( farthest_image )
-            .defaultsTo( 2.2 )
+            .defaultsTo( usual_image )
             .source( "docs/conservative.md, section 6" );
         p.choice( "projection", { "bilateral", "unilateral" },
                   "remove the normal velocity always, or only into the solid" )
@@ -130,9 +130,10 @@ class Obstacle : public Module<Dim>
     void findGaps( State<Dim>& state )
     {
         const auto layout = state.layout;
-        const ImageCover<Dim> cover{ _shape, state.grid, layout.period,
-                                     imageDistance( state.grid ),
-                                     state.stencil_nodes };
+        const ImageCover<Dim> cover{
+            _shape, state.grid, layout.period,
+            Kokkos::max( _image_reach, Real( usual_image ) ),
+            state.stencil_nodes };
         _nodes = listNodes(
             "Machpoint::heldNodes", layout,
             MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
@@ -166,17 +167,13 @@ class Obstacle : public Module<Dim>
                     gaps.missing( k, a ) =
                         cover.missing( layout.position( i ), a );
             } );
-        state.image_gaps.push_back( gaps );
+        if ( gaps.nodes.extent( 0 ) > 0 )
+            state.image_gaps.push_back( gaps );
     }
 
     Real imageReach( const Grid<Dim>& grid ) const override
     {
-        return _has_images ? 2 * imageDistance( grid ) : 0;
-    }
-    //! How near a particle with an image is, length.
-    Real imageDistance( const Grid<Dim>& grid ) const
-    {
-        return _image_reach * grid.maxSpacing();
+        return _has_images ? 2 * _image_reach * grid.maxSpacing() : 0;
     }
 
     void mirrorParticles( State<Dim>& state ) override
@@ -186,7 +183,8 @@ class Obstacle : public Module<Dim>
         const auto x = state.particles.template slice<Position>();
         const auto shape = _shape;
         const auto grid = state.grid;
-        findNear( state, imageDistance( grid ) );
+        const Real cells = _image_reach;
+        findNear( state, cells * grid.maxSpacing() );
         const auto rows = _near;
         const int near = rows.extent_int( 0 );
         auto& images = state.images;
@@ -199,6 +197,9 @@ class Obstacle : public Module<Dim>
                 const int p = rows( i );
                 const auto y = loadVector<Dim>( x, p );
                 const auto nearest = shape.nearest( y );
+                if ( nearest.distance >
+                     imageDistance<Dim>( grid, cells, nearest.normal ) )
+                    return;
                 const Mirror<Dim> mirror{ nearest.normal, nearest.distance };
                 const auto image = mirror.point( y );
                 for ( int d = 0; d < Dim; ++d )
@@ -261,6 +262,8 @@ class Obstacle : public Module<Dim>
     //! Nodes that stand for the wall rest along their axes.
     void hold( const State<Dim>& state, const GridVelocity& velocity )
     {
+        if ( _nodes.extent( 0 ) == 0 )
+            return;
         const auto nodes = _nodes;
         const auto axes = _axes;
         const auto layout = state.layout;

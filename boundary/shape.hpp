@@ -140,6 +140,53 @@ class Shape
     }
 
     /*!
+      \brief Does `visit( Nearest )` say true for a part of the surface?
+
+      For each sphere and half space, the plane of each face of a box and the
+      line of each edge of a polygon: also those that others cover, or that are
+      not the nearest.
+    */
+    template <class Visit>
+    KOKKOS_FUNCTION bool anyPart( const Vector<Dim>& x,
+                                  const Visit& visit ) const
+    {
+        for ( int s = 0; s < static_cast<int>( _solids.extent( 0 ) ); ++s )
+        {
+            const Solid& solid = _solids( s );
+            if ( solid.kind == Kind::box )
+            {
+                for ( int d = 0; d < Dim; ++d )
+                {
+                    Vector<Dim> normal{};
+                    normal[d] = 1;
+                    if ( visit( { x[d] - solid.b[d], normal } ) )
+                        return true;
+                    normal[d] = -1;
+                    if ( visit( { solid.a[d] - x[d], normal } ) )
+                        return true;
+                }
+            }
+            else if ( solid.kind != Kind::polygon )
+            {
+                if ( visit( nearest( solid, x ) ) )
+                    return true;
+            }
+            else if constexpr ( Dim == 2 )
+            {
+                for ( int a = solid.begin; a < solid.end; ++a )
+                    for ( int v = _arcs( a ).first; v < _arcs( a ).last; ++v )
+                    {
+                        const auto normal = edgeNormal( v );
+                        const auto r = difference( x, _vertices( v ) );
+                        if ( visit( { dot<Dim>( r, normal ), normal } ) )
+                            return true;
+                    }
+            }
+        }
+        return false;
+    }
+
+    /*!
       \brief A cheap lower bound of distance( x ), of particles or packs.
 
       Where it exceeds the reach of interest nothing else need be computed. A

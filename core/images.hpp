@@ -11,8 +11,24 @@
 namespace Machpoint
 {
 
-//! How far from a surface a particle with an image may be at most, cells.
+//! \name How far from a surface a particle with an image may be, cells
+//! @{
+inline constexpr double usual_image = 2.2; //!< if an input does not say
 inline constexpr double farthest_image = 4;
+//! @}
+
+//! The same in length: cells as long as they are along the normal.
+//! \param cells of reach \param normal of the surface
+template <int Dim>
+KOKKOS_INLINE_FUNCTION Real imageDistance( const Grid<Dim>& grid,
+                                           const Real cells,
+                                           const Vector<Dim>& normal )
+{
+    Real square = 0;
+    for ( int d = 0; d < Dim; ++d )
+        square += grid.spacing[d] * normal[d] * ( grid.spacing[d] * normal[d] );
+    return cells * Kokkos::sqrt( square );
+}
 
 //! The mirror of one image: a plane with unit normal n at distance d.
 template <int Dim>

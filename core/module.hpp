@@ -81,7 +81,8 @@ class Module
     //! where NodeLayout::home says; what is beyond a wall is the wall's
     //! business. Sums take nodes with state.halo.weights(), 0 in the halo. A
     //! wall that moves with u does the work impulse . u, exactly if it holds
-    //! the same nodes for v and v'; add it to the ledger.
+    //! the same nodes for v and v'; add it to the ledger. The impulse is
+    //! m_i times the change, and GridVelocity::takenUp.
     virtual void applyToGrid( State<Dim>&, const GridVelocity& ) {}
     //! After the new node velocities are known: account for work done.
     virtual void gridWork( State<Dim>& ) {}

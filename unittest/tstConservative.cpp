@@ -284,6 +284,36 @@ TEST( Images, letGasRestInCorners )
             }
 }
 
+// Nothing is missing in a body whose faces are flush with sides of the domain,
+// or that is made of parts which touch or overlap.
+TEST( Images, findNoGapsWhereTheGasIsMirrored )
+{
+    auto scene = []( const Json& shape )
+    {
+        auto input = box( 2, 20, 2, "conservative", "quadratic", "slip_wall" );
+        input["initial"][0]["velocity"] = { 0.3, 0.1 };
+        input["method"]["split_volume"] = 0;
+        input["method"]["merge_volume"] = 0;
+        input["boundary"].push_back(
+            { { "type", "obstacle" }, { "shape", shape } } );
+        return input;
+    };
+    auto block = []( const Json& lower, const Json& upper ) {
+        return Json{
+            { "type", "box" }, { "lower", lower }, { "upper", upper } };
+    };
+    const auto whole = scene( block( { 0.4, -1 }, { 2, 0.32 } ) );
+    expectSameGas( whole, scene( block( { 0.4, 0 }, { 1, 0.32 } ) ), 0.2,
+                   "flush" );
+    for ( const Real seam : { 0.7, 0.72 } )
+        expectSameGas( whole,
+                       scene( { { "type", "union" },
+                                { "shapes",
+                                  { block( { 0.4, -1 }, { 0.72, 0.32 } ),
+                                    block( { seam, -1 }, { 2, 0.32 } ) } } } ),
+                       0.2, "seam" );
+}
+
 // Gas that stands around a body lifts it by the weight that it displaces.
 TEST( Images, liftABodyByWhatItDisplaces )
 {

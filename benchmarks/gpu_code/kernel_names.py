@@ -14,6 +14,7 @@ STEP = {
     "conductHeat": "G2P of conducted heat",
     "evaluateGas": "equation of state, survey",
     "gridVelocity": "velocities of nodes",
+    "velocityAndBlend": "velocities of nodes, blend",
     "applyPressure": "pressure on nodes",
     "measureMotion": "faces, limiter",
     "stableTimeStep": "time step that holes allow",
