@@ -19,7 +19,8 @@ namespace Machpoint
 
   `images`: each particle within `image_reach` of the surface has a mirror
   image beyond it, with mirrored velocity and the same mass, volume and
-  pressure (docs/conservative.md, section 6).
+  pressure. Nodes beside space that no image can fill, behind acute corners,
+  rest (docs/conservative.md, section 6).
 
   `projection` (eq. 7 of Baioni et al. 2023): nodes inside the solid, or within
   `reach` of it, lose the velocity along its surface normal.
