@@ -367,22 +367,31 @@ def corner(runs):
     return values
 
 
+def mean_force(run, name, start):
+    """Force [2] on a body from a time on: a step counts for as long as it is, as
+    one that an output cuts short may have a large force."""
+    with open(run.directory / "series" / f"{name}.csv") as file:
+        rows = list(csv.DictReader(file))
+    time = np.array([float(r["time"]) for r in rows])
+    force = np.array([[float(r["force_x"]), float(r["force_y"])] for r in rows])
+    late = time > start
+    return np.average(force[late], axis=0,
+                      weights=np.diff(time, prepend=0.0)[late])
+
+
 def lift(runs):
     """Mean coefficients of the force over the last third of the run."""
     values = {}
     for run in runs:
         entry = next(b for b in run.input["boundary"]
                      if b["type"] == "obstacle")
-        with open(run.directory / "series" / f"{entry['name']}.csv") as file:
-            rows = list(csv.DictReader(file))
         stream = run.input["initial"][0]
         scale = 0.5 * stream["density"] * stream["velocity"][0]**2 * \
             entry["shape"]["chord"]
-        end = run.summary["final_time"]
-        last = [r for r in rows if float(r["time"]) > 2 / 3 * end]
-        for name, key in [("drag", "force_x"), ("lift", "force_y")]:
-            values[f"{name} coefficient, {size(run)}"] = float(np.mean(
-                [float(r[key]) for r in last])) / scale
+        force = mean_force(run, entry["name"],
+                           2 / 3 * run.summary["final_time"])
+        for name, part in zip(("drag", "lift"), force):
+            values[f"{name} coefficient, {size(run)}"] = float(part) / scale
     return values
 
 
@@ -399,16 +408,12 @@ def buoyancy(runs):
     values = {}
     for run in runs:
         ball = body(run)
-        with open(run.directory / "series" / "ball.csv") as file:
-            rows = list(csv.DictReader(file))
-        end = run.summary["final_time"]
-        lifts = [float(r["force_y"]) for r in rows
-                 if float(r["time"]) > end / 2]
+        lifted = mean_force(run, "ball", run.summary["final_time"] / 2)[1]
         y = ball["radius"] * ((np.arange(4000) + 0.5) / 2000 - 1)
         weight = np.mean(2 * np.sqrt(ball["radius"]**2 - y**2) *
                          np.exp(-ball["center"][1] - y)) * 2 * ball["radius"]
         label = f"{run.input['particles']['placement']}, {size(run)}"
-        values[f"lift/exact, {label}"] = float(np.mean(lifts)) / weight
+        values[f"lift/exact, {label}"] = float(lifted) / weight
         values[f"L1(rho), {label}"] = run.error("density", "L1")
     return values
 
