@@ -104,6 +104,7 @@ struct ImageCover
     }
 
     //! B-spline of a degree around 0, but for a factor; s within its support.
+    //! (Boundaries are compiled once for all bases, so it is a number here.)
     KOKKOS_FUNCTION static Real spline( const Real s, const int degree )
     {
         Real sum = 0, binomial = 1;
@@ -162,7 +163,7 @@ struct ImageCover
     }
 
     //! Might a face beside a node look at space that is not filled, and a
-    //! particle see the node? \param x of the node
+    //! particle see the node? Also of a face itself. \param x of the node
     KOKKOS_FUNCTION bool mayLack( const Vector<Dim>& x ) const
     {
         const Real h = grid.maxSpacing();
