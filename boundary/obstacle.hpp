@@ -6,10 +6,9 @@
 #ifndef MACHPOINT_OBSTACLE_HPP
 #define MACHPOINT_OBSTACLE_HPP
 
-#include <boundary/image_cover.hpp>
-#include <boundary/shape_input.hpp>
 #include <core/module.hpp>
 #include <core/node_list.hpp>
+#include <core/shape_input.hpp>
 
 namespace Machpoint
 {
@@ -37,9 +36,6 @@ class Obstacle : public Module<Dim>
 {
   public:
     static constexpr const char* name = "obstacle";
-
-    //! Part of what a face sees that images must fill, or its nodes rest.
-    static constexpr Real least_cover = 0.3;
 
     static Parameters declare( const int dimension )
     {
@@ -113,68 +109,39 @@ class Obstacle : public Module<Dim>
     }
 
     //! Lists the solid nodes, or those that stand for the wall where images
-    //! leave gaps.
+    //! leave gaps; each belongs to the nearest body alone.
     void layOut( State<Dim>& state ) override
     {
-        if ( _has_images )
-            return findGaps( state );
-        const auto shape = _shape;
-        const Real reach = _reach * state.grid.minSpacing();
-        _nodes = listNodes(
-            "Machpoint::solidNodes", state.layout,
-            MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
-                return shape.distance( x ) < reach;
-            } );
-    }
-
-    //! Where images leave the body empty, and which nodes rest for it.
-    void findGaps( State<Dim>& state )
-    {
+        const auto bodies = state.bodies;
+        const int own = this->body;
+        if ( !_has_images )
+        {
+            const auto shape = _shape;
+            const Real reach = _reach * state.grid.minSpacing();
+            _nodes = listNodes(
+                "Machpoint::solidNodes", state.layout,
+                MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
+                    return shape.distance( x ) < reach &&
+                           bodies.nearestBody( x ) == own;
+                } );
+            return;
+        }
+        const auto gaps = state.image_gaps;
         const auto layout = state.layout;
-        const ImageCover<Dim> cover{
-            _shape, state.grid, layout.period,
-            Kokkos::max( _image_reach, Real( usual_image ) ),
-            state.stencil_nodes };
-        _nodes = listNodes(
-            "Machpoint::heldNodes", layout,
-            MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
-                return cover.heldAxes( x, least_cover ) != 0;
-            } );
-        _axes = IndexList( "Machpoint::heldAxes", _nodes.extent( 0 ) );
-        const auto held = _nodes;
-        const auto axes = _axes;
-        forEach(
-            "Machpoint::heldAxes", held.extent_int( 0 ),
+        const int count = gaps.nodes.extent_int( 0 );
+        _held = collect(
+            "Machpoint::heldNodes", 0, count, count,
             MACHPOINT_LAMBDA( const int k ) {
-                const auto i = layout.home( layout.indices( held( k ) ) );
-                axes( k ) = cover.heldAxes( layout.position( i ), least_cover );
+                const auto x = layout.position(
+                    layout.home( layout.indices( gaps.nodes( k ) ) ) );
+                return gaps.held_axes( k ) != 0 &&
+                       bodies.nearestBody( x ) == own;
             } );
-        ImageGaps gaps;
-        gaps.nodes = listNodes(
-            "Machpoint::imageGaps", layout,
-            MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
-                for ( int a = 0; a < Dim; ++a )
-                    if ( cover.missing( x, a ) > 0 )
-                        return true;
-                return false;
-            } );
-        gaps.missing =
-            NodeView( "Machpoint::imageGaps", gaps.nodes.extent( 0 ), Dim );
-        forEach(
-            "Machpoint::imageGaps", gaps.nodes.extent_int( 0 ),
-            MACHPOINT_LAMBDA( const int k ) {
-                const auto i = layout.home( layout.indices( gaps.nodes( k ) ) );
-                for ( int a = 0; a < Dim; ++a )
-                    gaps.missing( k, a ) =
-                        cover.missing( layout.position( i ), a );
-            } );
-        if ( gaps.nodes.extent( 0 ) > 0 )
-            state.image_gaps.push_back( gaps );
     }
 
-    Real imageReach( const Grid<Dim>& grid ) const override
+    Real imageReach() const override
     {
-        return _has_images ? 2 * _image_reach * grid.maxSpacing() : 0;
+        return _has_images ? _image_reach : 0.0_rt;
     }
 
     void mirrorParticles( State<Dim>& state ) override
@@ -184,6 +151,9 @@ class Obstacle : public Module<Dim>
         const auto x = state.particles.template slice<Position>();
         const auto shape = _shape;
         const auto grid = state.grid;
+        const auto bodies = state.bodies;
+        const int own = this->body;
+        const Real seam = nudge * grid.minSpacing();
         const Real cells = _image_reach;
         findNear( state, cells * grid.maxSpacing() );
         const auto rows = _near;
@@ -199,7 +169,8 @@ class Obstacle : public Module<Dim>
                 const auto y = loadVector<Dim>( x, p );
                 const auto nearest = shape.nearest( y );
                 if ( nearest.distance >
-                     imageDistance<Dim>( grid, cells, nearest.normal ) )
+                         imageDistance<Dim>( grid, cells, nearest.normal ) ||
+                     bodies.covers( y, nearest, own, seam ) )
                     return;
                 const Mirror<Dim> mirror{ nearest.normal, nearest.distance };
                 const auto image = mirror.point( y );
@@ -263,10 +234,10 @@ class Obstacle : public Module<Dim>
     //! Nodes that stand for the wall rest along their axes.
     void hold( const State<Dim>& state, const GridVelocity& velocity )
     {
-        if ( _nodes.extent( 0 ) == 0 )
+        if ( _held.extent( 0 ) == 0 )
             return;
-        const auto nodes = _nodes;
-        const auto axes = _axes;
+        const auto held = _held;
+        const auto gaps = state.image_gaps;
         const auto layout = state.layout;
         const auto weights = state.halo.weights();
         const auto moments = state.nodes.moments;
@@ -274,14 +245,15 @@ class Obstacle : public Module<Dim>
         const int first = velocity.first;
         Impulse impulse;
         reduceEach(
-            "Machpoint::holdNodes", nodes.extent_int( 0 ), few_particles,
+            "Machpoint::holdNodes", held.extent_int( 0 ), few_particles,
             MACHPOINT_LAMBDA( const int k, Impulse& sum ) {
-                const int row = nodes( k );
+                const int row = gaps.nodes( held( k ) );
+                const int axes = gaps.held_axes( held( k ) );
                 const Real share = weights( layout.indices( row ) );
                 const Real taken = velocity.takenUp( row );
                 for ( int d = 0; d < Dim; ++d )
                 {
-                    if ( ( axes( k ) & ( 1 << d ) ) == 0 )
+                    if ( ( axes & ( 1 << d ) ) == 0 )
                         continue;
                     Real& v = field( row, first + d );
                     if ( share > 0 )
@@ -439,8 +411,8 @@ class Obstacle : public Module<Dim>
     IndexList _near;                             // particles
     bool _bilateral;
     Real _reach;
-    IndexList _nodes; // projected, or held
-    IndexList _axes;  // of the latter, a bit each
+    IndexList _nodes; // projected
+    IndexList _held;  // of state.image_gaps, those that are this body's
     Impulse _impulse;
     Series _series;
 };

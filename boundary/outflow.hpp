@@ -6,6 +6,9 @@
 #define MACHPOINT_OUTFLOW_HPP
 
 #include <boundary/side.hpp>
+#include <core/node_list.hpp>
+
+#include <algorithm>
 
 namespace Machpoint
 {
@@ -41,7 +44,13 @@ void markBeyond( State<Dim>& state, const SidePart<Dim>& part )
 }
 } // namespace Impl
 
-//! Outflow: exact for supersonic flow, weakly reflecting for subsonic.
+/*!
+  \brief Outflow: exact for supersonic flow, weakly reflecting for subsonic.
+
+  A valve: particles beyond the side are removed, and gas does not come back, as
+  nobody knows which. Nodes within a cell of the side lose what velocity they
+  have into the domain, v_n = min(v_n, 0) with n inwards, as on a wall.
+*/
 template <int Dim>
 class Outflow : public SideBoundary<Dim>
 {
@@ -50,7 +59,9 @@ class Outflow : public SideBoundary<Dim>
 
     static Parameters declare( const int dimension )
     {
-        Parameters p( name, "gas leaves; zero gradient beyond the side",
+        Parameters p( name,
+                      "gas leaves and does not come back; zero gradient "
+                      "beyond the side",
                       dimension );
         SideBoundary<Dim>::declareSide( p );
         return p;
@@ -62,8 +73,10 @@ class Outflow : public SideBoundary<Dim>
     {
         return { { sideNumber( entry.at( "side" ) ), SideKind::open } };
     }
-    static GasState beyond( const Json&, int, const GasState& gas )
+    static GasState beyond( const Json&, int side, GasState gas )
     {
+        auto& v = gas.velocity[side / 2];
+        v = side % 2 ? std::max( v, 0.0 ) : std::min( v, 0.0 );
         return gas;
     }
     bool isOpen() const override { return true; }
@@ -72,6 +85,37 @@ class Outflow : public SideBoundary<Dim>
     {
         Impl::markBeyond( state, this->_part );
     }
+
+    void layOut( State<Dim>& state ) override
+    {
+        const auto part = this->_part;
+        const auto grid = state.grid;
+        const Real width = grid.spacing[part.axis()];
+        _nodes = listNodes(
+            "Machpoint::outflowNodes", state.layout,
+            MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
+                return part.depth( grid, x ) < width &&
+                       part.contains( grid, x );
+            } );
+    }
+
+    void applyToGrid( State<Dim>&, const GridVelocity& velocity ) override
+    {
+        const auto nodes = _nodes;
+        const auto field = velocity.field;
+        const int column = velocity.first + this->_part.axis();
+        const bool is_upper = this->_part.upper();
+        forEach(
+            "Machpoint::outflowNodes", nodes.extent_int( 0 ),
+            MACHPOINT_LAMBDA( const int k ) {
+                Real& v = field( nodes( k ), column );
+                v = is_upper ? Kokkos::max( v, 0.0_rt )
+                             : Kokkos::min( v, 0.0_rt );
+            } );
+    }
+
+  private:
+    IndexList _nodes; // within a cell of the side, or beyond
 };
 
 } // namespace Machpoint

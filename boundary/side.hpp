@@ -6,8 +6,8 @@
 #ifndef MACHPOINT_SIDE_HPP
 #define MACHPOINT_SIDE_HPP
 
-#include <boundary/shape_input.hpp>
 #include <core/module.hpp>
+#include <core/shape_input.hpp>
 
 namespace Machpoint
 {
@@ -52,6 +52,12 @@ struct SidePart
     {
         if ( everywhere )
             return true;
+        // Along other axes x may be beyond the domain, too, and a region end at
+        // its edge.
+        const Real hair = nudge * grid.minSpacing();
+        for ( int d = 0; d < Dim; ++d )
+            x[d] = Kokkos::clamp( x[d], grid.lower[d] + hair,
+                                  grid.upper[d] - hair );
         x[axis()] = place( grid );
         return region.distance( x ) < 0;
     }

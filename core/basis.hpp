@@ -178,13 +178,11 @@ struct Cubic
     }
 };
 
-//! Layout of the nodes of a basis on all cells of a grid. \param reach cells
-//! around the domain from which particles scatter
+//! Layout of the nodes of a basis on all cells of a grid.
 template <class Basis, int Dim>
-NodeLayout<Dim> nodeLayout( const Grid<Dim>& grid, const int reach = 0 )
+NodeLayout<Dim> nodeLayout( const Grid<Dim>& grid )
 {
-    return NodeLayout<Dim>( grid, wholeDomain( grid ), Basis::centred,
-                            Basis::halo, reach );
+    return NodeLayout<Dim>( grid, Basis::centred, Basis::halo );
 }
 
 /*!
@@ -211,8 +209,8 @@ struct Stencil
         {
             const Real h = grid.spacing[d];
             const Number place = ( x[d] - grid.lower[d] ) * grid.inverse[d];
-            const int first = layout.box.begin[d] - layout.reach;
-            const int last = layout.box.end[d] - 1 + layout.reach;
+            const int first = layout.box.begin[d] - layout.reach[d];
+            const int last = layout.box.end[d] - 1 + layout.reach[d];
             const Number c = clip( Number( Kokkos::floor( place ) ),
                                    Number( static_cast<Real>( first ) ),
                                    Number( static_cast<Real>( last ) ) );

@@ -171,7 +171,8 @@ Archive::Entry readRows( const std::shared_ptr<const Hdf5Reader>& reader,
 std::string difference( const Json* there, const Json* here,
                         const std::string& place )
 {
-    for ( const char* free : { "/time/end", "/output", "/checkpoint" } )
+    for ( const char* free :
+          { "/time/end", "/output", "/checkpoint", "/decomposition" } )
         if ( place == free )
             return "";
     auto text = []( const Json* value )

@@ -7,6 +7,8 @@
 #include <core/exact.hpp>
 #include <core/sedov.hpp>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -753,6 +755,17 @@ class NohExact : public ExactSolution
         : _noh( makeNoh( firstOfType( input, "initial", "noh" ),
                          gasLaw( input ) ) )
     {
+        const auto initial = firstOfType( input, "initial", "noh" );
+        const double speed = initial.at( "speed" );
+        const double inertia =
+            initial.at( "density" ).get<double>() * speed * speed;
+        if ( gasLaw( input ).pressure_offset != 0 )
+            throw std::invalid_argument( "/exact: noh needs an ideal gas" );
+        if ( initial.at( "pressure" ).get<double>() > 1e-3 * inertia )
+            throw std::invalid_argument( fmt::format(
+                "/exact: noh is of a cold gas; its pressure must not exceed "
+                "{:g}, a thousandth of density speed^2",
+                1e-3 * inertia ) );
     }
 
     GasState state( const Vector3& x, double t ) const override

@@ -164,7 +164,7 @@ struct NodeLayout
     Vector<Dim> spacing;   //!< distance of neighbours in space [Dim]
     Indices<Dim> halo{};   //!< layers of nodes beyond those of the box's cells
     Indices<Dim> period{}; //!< cells until nodes repeat themselves; 0: never
-    int reach = 0;        //!< cells beyond the box from which particles scatter
+    Indices<Dim> reach{}; //!< cells beyond the box from which particles scatter
     int total = 0;        //!< number of stored nodes
     bool centred = false; //!< nodes at cell centres rather than vertices
 
@@ -174,30 +174,35 @@ struct NodeLayout
     //! \param halo_width layers of nodes that a particle in the box can reach
     NodeLayout( const Grid<Dim>& grid, const bool at_centres,
                 const int halo_width )
-        : NodeLayout( grid, wholeDomain( grid ), at_centres, halo_width, 0 )
+        : NodeLayout( grid, wholeDomain( grid ), at_centres, halo_width, {} )
     {
     }
     //! \param own_cells those of this rank
     //! \param reach_beyond cells around them from which particles scatter; the
-    //! halo is wider by as much
+    //! halo is wider by as much [Dim]
     //! \param margin layers that it has besides, along each axis [Dim]
     NodeLayout( const Grid<Dim>& grid, const CellBox<Dim>& own_cells,
                 const bool at_centres, const int halo_width,
-                const int reach_beyond, const Indices<Dim>& margin = {} )
+                const Indices<Dim>& reach_beyond,
+                const Indices<Dim>& margin = {} )
         : box( own_cells ), cells( grid.cells ), spacing( grid.spacing ),
-          reach( reach_beyond ), total( 1 ), centred( at_centres )
+          reach( reach_beyond ), centred( at_centres )
     {
         const int vertex = centred ? 0 : 1;
+        // The rows of a domain that many ranks share may be too many to number;
+        // nobody asks for them.
+        std::int64_t rows = 1;
         for ( int d = 0; d < Dim; ++d )
         {
-            halo[d] = halo_width + reach + margin[d];
+            halo[d] = halo_width + reach[d] + margin[d];
             owned[d] = box.cells( d ) + ( box.end[d] == cells[d] ? vertex : 0 );
             extent[d] = box.cells( d ) + vertex + 2 * halo[d];
-            stride[d] = total;
-            total *= extent[d];
+            stride[d] = static_cast<int>( rows );
+            rows *= extent[d];
             first[d] =
                 grid.lower[d] + ( centred ? 0.5_rt * spacing[d] : 0.0_rt );
         }
+        total = static_cast<int>( rows );
     }
 
     //! Number of the first stored node along an axis.

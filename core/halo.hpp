@@ -215,7 +215,11 @@ class Halo
     //! Number of nodes on a side with normal `axis`, halo included.
     static int sideSize( const NodeLayout<Dim>& layout, const int axis )
     {
-        return layout.total / layout.extent[axis];
+        int size = 1;
+        for ( int d = 0; d < Dim; ++d )
+            if ( d != axis )
+                size *= layout.extent[d];
+        return size;
     }
 
     //! Coordinates of node t of a side; the normal coordinate is 0.
@@ -230,6 +234,39 @@ class Halo
                 t /= layout.extent[d];
             }
         return i;
+    }
+
+    /*!
+      \brief Faces along the normal of a side that lie on its part of a kind, or
+      next to it inside where nodes are on the side.
+      \return rows of the nodes before these faces; none where this rank's box
+      does not reach the side
+    */
+    IndexList facesOn( const int side, const SideKind kind ) const
+    {
+        const auto layout = _layout;
+        const int axis = side / 2;
+        const bool is_upper = side % 2 == 1;
+        if ( is_upper ? layout.box.end[axis] != layout.cells[axis]
+                      : layout.box.begin[axis] != 0 )
+            return {};
+        const int vertex = layout.centred ? 0 : 1;
+        const int place = is_upper ? layout.cells[axis] - 1 : vertex - 1;
+        const auto kinds = Kokkos::create_mirror_view_and_copy(
+            Kokkos::HostSpace(), _kinds[side] );
+        std::vector<int> rows;
+        for ( int t = 0; t < kinds.extent_int( 0 ); ++t )
+            if ( kinds( t ) == kind )
+                rows.push_back( layout( sideNode( layout, axis, t ) ) +
+                                place * layout.stride[axis] );
+        if ( rows.empty() )
+            return {};
+        const IndexList list( "Machpoint::facesOn", rows.size() );
+        Kokkos::deep_copy(
+            list, Kokkos::View<const int*, Kokkos::HostSpace,
+                               Kokkos::MemoryTraits<Kokkos::Unmanaged>>(
+                      rows.data(), rows.size() ) );
+        return list;
     }
 
     //! What each owned node counts for in sums; for kernels.

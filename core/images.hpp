@@ -30,6 +30,23 @@ KOKKOS_INLINE_FUNCTION Real imageDistance( const Grid<Dim>& grid,
     return cells * Kokkos::sqrt( square );
 }
 
+//! Cells along an axis between a particle and its image at most, whatever the
+//! normal: the most of 2 |(h_b n_b)_b| n_a / h_a. \param cells of reach
+template <int Dim>
+Real imageSpan( const Grid<Dim>& grid, const Real cells, const int axis )
+{
+    Real across = 0; // the longest other side of a cell, over this one
+    for ( int d = 0; d < Dim; ++d )
+        if ( d != axis )
+            across =
+                Kokkos::max( across, grid.spacing[d] / grid.spacing[axis] );
+    // With t = n_a^2 that of t (t + across^2 (1 - t)).
+    const Real square = across * across;
+    return 2 * cells *
+           ( square <= 2 ? 1.0_rt
+                         : 0.5_rt * square / Kokkos::sqrt( square - 1 ) );
+}
+
 //! The mirror of one image: a plane with unit normal n at distance d.
 template <int Dim>
 struct Mirror
@@ -55,14 +72,17 @@ struct Mirror
 };
 
 /*!
-  \brief Space that faces look at and neither gas nor its images can fill, as it
-  lies in a body behind a corner (boundary/image_cover.hpp).
+  \brief Nodes beside space that neither gas nor its images can fill, as it lies
+  in bodies behind corners (core/image_gaps.hpp).
 */
 struct ImageGaps
 {
-    IndexList nodes;
-    //! The part of the face behind a node along each axis, 0 to 1. [n][Dim]
+    IndexList nodes; //!< rows [n]
+    //! What is missing of the sight of the face behind a node along each axis,
+    //! 0 to 1. [n][Dim]
     NodeView missing;
+    //! Axes along which a node is to stand still, a bit each. [n]
+    IndexList held_axes;
 };
 
 /*!

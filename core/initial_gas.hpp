@@ -5,7 +5,7 @@
 #ifndef MACHPOINT_INITIAL_GAS_HPP
 #define MACHPOINT_INITIAL_GAS_HPP
 
-#include <boundary/shape_input.hpp>
+#include <core/shape_input.hpp>
 #include <physics/initial/initial_state.hpp>
 
 #include <memory>

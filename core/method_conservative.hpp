@@ -14,6 +14,7 @@
 #include <core/conservative/gather.hpp>
 #include <core/conservative/merging.hpp>
 #include <core/conservative/mixing.hpp>
+#include <core/conservative/open_sides.hpp>
 #include <core/conservative/parts.hpp>
 #include <core/conservative/pressure.hpp>
 #include <core/conservative/splitting.hpp>
@@ -73,6 +74,7 @@ struct Conservative : MethodDefaults
     {
         ConservativeParts parts;
         NodeView faces;
+        Impl::OpenFaces<Dim> open_faces;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Sidecar<DriftMembers<Dim>>* drift = nullptr;
         Impl::HalfCellMarks marks; //!< scratch of merging
@@ -116,6 +118,7 @@ struct Conservative : MethodDefaults
             const int total = state.layout.total;
             faces =
                 NodeView( "Machpoint::faces", total, Impl::face_columns * Dim );
+            open_faces = Impl::findOpenFaces( state );
             const int columns = parts.heat_conduction > 0       ? 4
                                 : parts.pressure_relaxation > 0 ? Dim + 1
                                 : parts.heat_mixing > 0         ? 2
@@ -154,12 +157,14 @@ struct Conservative : MethodDefaults
         if ( parts.heat_mixing > 0 && state.step > 0 )
         {
             const Profile::Effect effect( "heat mixing" );
-            Impl::mixHeat<Basis, Dim>( state, parts.heat_mixing, storage.heat );
+            Impl::mixHeat<Basis, Dim>( state, parts.heat_mixing,
+                                       gas.response().reference, storage.heat );
         }
         if ( parts.conductsHeat( state.step ) )
         {
             const Profile::Effect effect( "heat conduction" );
-            Impl::conductHeat<Basis, Dim>( state, storage.heat );
+            Impl::conductHeat<Basis, Dim>( state, gas.response().reference,
+                                           storage.heat );
         }
         if ( parts.merge_volume > 0 && state.step % parts.merge_every == 0 )
         {
@@ -228,6 +233,7 @@ struct Conservative : MethodDefaults
                                      Storage<Dim>& storage )
     {
         const auto& parts = storage.parts;
+        Impl::fillOpenSides( state, storage.open_faces, parts.least_filling );
         Impl::applyPressure( state, parts.least_filling );
         NodeComponents<2 * Dim> new_velocity{};
         for ( int d = 0; d < Dim; ++d )
@@ -257,7 +263,10 @@ struct Conservative : MethodDefaults
             Impl::measureMotion<false>( state, storage.faces,
                                         parts.least_filling );
         if ( rearranges )
+        {
             Impl::creditGaps( state, storage.faces );
+            Impl::levelOpenSides( state, storage.open_faces, storage.faces );
+        }
         state.halo.fillSides( storage.faces, Impl::allFaceComponents<Dim>() );
         // Images read what their particles were.
         if ( state.images.count > 0 )

@@ -47,6 +47,9 @@ class Module
   public:
     virtual ~Module() = default;
 
+    //! Its number in state.bodies, if its type has a `solid`; else -1.
+    int body = -1;
+
     //! Allocate and list what hangs on this rank's nodes: before initialize,
     //! and again whenever state.layout has changed, because the ranks' boxes
     //! move with the gas. What must outlive that belongs on particles.
@@ -64,8 +67,9 @@ class Module
     //! Appends the mirror images of particles that it calls for, where these
     //! stand now; once for each time that a sum asks for them.
     virtual void mirrorParticles( State<Dim>& ) {}
-    //! How far from its particle an image may be, length.
-    virtual Real imageReach( const Grid<Dim>& ) const { return 0; }
+    //! How near to its surface particles have an image, cells along the
+    //! normal; 0: none has.
+    virtual Real imageReach() const { return 0; }
     //! What it gives to all gas in keepDeposit and gridForce, by mass on the
     //! nodes, constant in time; an image is due its mirror image instead.
     //! length/time^2 [Dim]

@@ -1,8 +1,8 @@
 #include <core/scene.hpp>
 
-#include <boundary/shape_input.hpp>
 #include <core/initial_gas.hpp>
 #include <core/profile.hpp>
+#include <core/shape_input.hpp>
 #include <physics/modules.hpp>
 
 #include <fmt/format.h>
@@ -52,10 +52,11 @@ void makeModules( const Json& list,
             auto module = factory.make( json, scene.gas );
             if ( gas )
                 scene.gas = static_cast<EquationOfState<Dim>*>( module.get() );
-            scene.modules.push_back( { name, std::move( module ), factory.hooks,
-                                       factory.input.sides
-                                           ? factory.input.sides( json )
-                                           : std::vector<SideClaim>() } );
+            const auto& input = factory.input;
+            scene.modules.push_back(
+                { name, std::move( module ), factory.hooks,
+                  input.sides ? input.sides( json ) : std::vector<SideClaim>(),
+                  input.solid ? input.solid( json ) : Json() } );
         }
 }
 
@@ -409,14 +410,36 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
         } );
 }
 
-//! How far an image may be from its particle, length; 0: there are none.
+//! All bodies, in the order of their modules.
+template <int Dim>
+Bodies<Dim> findBodies( const Scene<Dim>& scene )
+{
+    Json members = Json::array();
+    std::vector<int> solids;
+    std::vector<Real> reach;
+    for ( const auto& active : scene.modules )
+        if ( !active.solid.is_null() )
+        {
+            active.module->body = static_cast<int>( solids.size() );
+            members.push_back( active.solid );
+            solids.push_back(
+                makeShape<Dim, Kokkos::HostSpace>( active.solid ).size() );
+            reach.push_back( active.module->imageReach() );
+        }
+    if ( members.empty() )
+        return {};
+    return { makeShape<Dim>( { { "type", "union" }, { "shapes", members } } ),
+             solids, reach };
+}
+
+//! How near to a surface particles have an image at most, cells along the
+//! normal; 0: there are none.
 template <int Dim>
 Real imageReach( const Scene<Dim>& scene )
 {
     Real farthest = 0;
     for ( const auto& active : scene.modules )
-        farthest =
-            std::max( farthest, active.module->imageReach( scene.state.grid ) );
+        farthest = std::max( farthest, active.module->imageReach() );
     return farthest;
 }
 
@@ -441,13 +464,16 @@ NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene )
 {
     const auto& state = scene.state;
     const auto& needs = scene.needs;
-    int reach = needs.reach;
-    if ( state.decomposition.comm().size() > 1 )
-        reach += static_cast<int>(
-            std::ceil( imageReach( scene ) / state.grid.minSpacing() ) );
-    Indices<Dim> margin{};
+    Indices<Dim> reach{}, margin{};
     for ( int d = 0; d < Dim; ++d )
-        margin[d] = state.decomposition.ranks()[d] > 1 ? needs.margin : 0;
+    {
+        reach[d] = needs.reach;
+        if ( state.decomposition.ranks()[d] == 1 )
+            continue; // what is beyond the domain reaches none of its nodes
+        reach[d] += static_cast<int>(
+            std::ceil( imageSpan<Dim>( state.grid, imageReach( scene ), d ) ) );
+        margin[d] = needs.margin;
+    }
     NodeLayout<Dim> layout( state.grid, state.decomposition.box(),
                             needs.centred, needs.halo, reach, margin );
     for ( int d = 0; d < Dim; ++d )
@@ -500,9 +526,15 @@ Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
     makeModules( input.at( "physics" ), physicsModules<Dim>(), scene );
     makeModules( input.at( "boundary" ), boundaryModules<Dim>(), scene );
     // Bodies before sides: what a body pushes out of the box must still leave.
-    std::stable_partition( scene.modules.begin(), scene.modules.end(),
-                           []( const auto& active )
-                           { return active.sides.empty(); } );
+    // Periodic sides before others: a place on these is one in the domain.
+    const auto first_side = std::stable_partition(
+        scene.modules.begin(), scene.modules.end(),
+        []( const auto& active ) { return active.sides.empty(); } );
+    std::stable_partition(
+        first_side, scene.modules.end(),
+        []( const auto& active )
+        { return active.sides.front().kind == SideKind::periodic; } );
+    state.bodies = findBodies( scene );
     weighImages( scene );
     for ( const auto& active : scene.modules )
         scene.is_open = scene.is_open || active.module->isOpen();

@@ -18,6 +18,7 @@ struct ActiveModule
     std::unique_ptr<Module<Dim>> module;
     Hooks hooks;
     std::vector<SideClaim> sides; //!< of a boundary; else none
+    Json solid;                   //!< shape of a body; else null
 };
 
 //! What a scene needs to know of a basis and a method to lay out its nodes.

@@ -6,6 +6,7 @@
 #define MACHPOINT_STATE_HPP
 
 #include <core/basis.hpp>
+#include <core/bodies.hpp>
 #include <core/collect.hpp>
 #include <core/decomposition.hpp>
 #include <core/images.hpp>
@@ -133,8 +134,9 @@ struct State
     Halo<Dim> halo;
     Particles<Dim> particles;
     Nodes<Dim> nodes;
-    Images<Dim> images; //!< of the particles near curved walls, this step
-    std::vector<ImageGaps> image_gaps; //!< of each body, from layOut on
+    Images<Dim> images;   //!< of the particles near curved walls, this step
+    Bodies<Dim> bodies;   //!< that are solid
+    ImageGaps image_gaps; //!< between and beside them
     ImageWeight<Dim> image_weight;
     //! \name Null where the method knows only the gradient that a particle
     //! carries

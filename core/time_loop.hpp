@@ -8,6 +8,7 @@
 #define MACHPOINT_TIME_LOOP_HPP
 
 #include <core/fault.hpp>
+#include <core/image_gaps.hpp>
 #include <core/image_weight.hpp>
 #include <core/node_sum.hpp>
 #include <core/profile.hpp>
@@ -258,7 +259,7 @@ class TimeLoop : public Simulation
             NodeView( "Machpoint::velocities", state.layout.total,
                       _scheme.velocity_columns );
         layOutImageWeight( state );
-        state.image_gaps.clear(); // bodies find them anew
+        state.image_gaps = findImageGaps( state );
     }
 
     //! Makes all that hangs on this rank's box, for the box that it has now.

@@ -7,7 +7,6 @@
 #include <drivers/study_input.hpp>
 #include <drivers/warnings.hpp>
 
-#include <boundary/shape_input.hpp>
 #include <core/basis.hpp>
 #include <core/communicator.hpp>
 #include <core/exact.hpp>
@@ -18,11 +17,15 @@
 #include <core/output.hpp>
 #include <core/registry.hpp>
 #include <core/revision.hpp>
+#include <core/shape_input.hpp>
 #include <core/simulation.hpp>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
 #include <sstream>
 
 namespace Machpoint
@@ -219,6 +222,30 @@ void requireAllProcesses( const Communicator& ranks )
             launched, ranks.size() ) } );
 }
 
+//! \throws InputError for numbers of threads that Kokkos would abort or hang
+//! on.
+void requireThreads()
+{
+    constexpr int most = 512; // of Kokkos' OpenMP
+    for ( const char* name : { "KOKKOS_NUM_THREADS", "OMP_NUM_THREADS" } )
+    {
+        const char* text = std::getenv( name );
+        if ( !text )
+            continue;
+        const char* end = text + std::strlen( text );
+        int count = 0;
+        const auto [rest, error] = std::from_chars( text, end, count );
+        const bool is_number = error == std::errc() && rest == end;
+        // OpenMP takes lists, too, and passes by what it cannot read.
+        if ( name[0] == 'O' ? is_number && count > most
+                            : !is_number || count < 1 || count > most )
+            throw InputError(
+                { fmt::format( "{}: must be a number of threads from 1 to {}, "
+                               "not \"{}\"",
+                               name, most, text ) } );
+    }
+}
+
 //! Ends a rank upon a failure that the others may not have met: they would wait
 //! for it for ever.
 int endAlone( const Communicator& ranks, const ExitCode code )
@@ -351,6 +378,7 @@ int runCommandLine( int argc, char** argv )
     try
     {
         requireAllProcesses( ranks );
+        requireThreads();
         if ( study_command.parsed() )
             return study( ranks, file, study_options );
         const KokkosSession kokkos;

@@ -1,6 +1,5 @@
 #include <drivers/input.hpp>
 
-#include <boundary/shape_input.hpp>
 #include <core/basis.hpp>
 #include <core/communicator.hpp>
 #include <core/exact.hpp>
@@ -9,6 +8,7 @@
 #include <core/method_paper.hpp>
 #include <core/placement.hpp>
 #include <core/registry.hpp>
+#include <core/shape_input.hpp>
 
 #include <fmt/format.h>
 

@@ -85,6 +85,20 @@ class Gravity : public Module<Dim>
     bool exertsForce() const override { return true; }
     Vector<Dim> acceleration() const override { return _g; }
 
+    //! Gas at rest must not fall further than that in a step: what counts for
+    //! cold gas, as c bounds the step of any other. sqrt(CFL h / |g|)
+    Real limitTimeStep( State<Dim>& state ) override
+    {
+        Real limit = Kokkos::Experimental::infinity_v<Real>;
+        for ( int d = 0; d < Dim; ++d )
+            if ( _g[d] != 0 )
+                limit = Kokkos::min(
+                    limit, Kokkos::sqrt( static_cast<Real>( state.cfl ) *
+                                         state.grid.spacing[d] /
+                                         Kokkos::abs( _g[d] ) ) );
+        return limit;
+    }
+
     void layOut( State<Dim>& state ) override
     {
         _force = makeNodeSum( "Machpoint::gravity", state, Dim );

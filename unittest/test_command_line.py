@@ -17,6 +17,7 @@ import subprocess
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 import h5py
 import numpy
@@ -464,6 +465,15 @@ class Usage(CommandLineTest):
                 self.assertCode(result, WRONG_INPUT)
                 self.assertNotEqual(result.stderr, "")
                 self.assertEqual(contents(self.directory), {})
+
+    def test_threads_that_cannot_be(self):
+        for name, text in [("KOKKOS_NUM_THREADS", "abc"), ("KOKKOS_NUM_THREADS", "0"),
+                           ("KOKKOS_NUM_THREADS", ""), ("OMP_NUM_THREADS", "513")]:
+            with self.subTest(name=name, text=text), unittest.mock.patch.dict(
+                    ENVIRONMENT, {name: text}):
+                result = machpoint("list")
+                self.assertEqual(result.returncode, WRONG_INPUT)
+                self.assertIn(f"{name}: must be a number of threads", result.stderr)
 
     def test_a_missing_file_is_named(self):
         result = machpoint("run", "missing.json", cwd=self.directory)

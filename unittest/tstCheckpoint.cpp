@@ -23,17 +23,23 @@ using namespace Test;
 
 constexpr std::int64_t first_made_id = std::int64_t( 1 ) << 60;
 
-//! A gas with a shock in a closed box, or a stream around a body.
+//! A gas with a shock in a closed box, or a stream around a body; in 2D around
+//! two balls that touch, where images leave a gap.
 Json scene( const std::string& method, const int dimension, const bool is_open )
 {
     Json input;
     if ( is_open )
     {
-        input = streamPast( { { "type", "sphere" },
-                              { "center", repeat( dimension, 0.5 ) },
-                              { "radius", 0.15 } },
-                            dimension, dimension == 1 ? 60 : 24, 6, method,
-                            "quadratic" );
+        const Json ball = { { "type", "sphere" },
+                            { "center", repeat( dimension, 0.5 ) },
+                            { "radius", 0.15 } };
+        auto other = ball;
+        other["center"].back() = 0.2;
+        input = streamPast(
+            dimension == 1
+                ? ball
+                : Json{ { "type", "union" }, { "shapes", { ball, other } } },
+            dimension, dimension == 1 ? 60 : 24, 6, method, "quadratic" );
     }
     else
         input = shockTube( dimension, dimension == 1 ? 60 : 20, 2, method,

@@ -253,35 +253,97 @@ TEST( Images, letGasRestInCorners )
         { "type", "sphere" }, { "center", { 0.5, 0.2 } }, { "radius", 0.2 } };
     const Json other = {
         { "type", "sphere" }, { "center", { 0.5, 0.6 } }, { "radius", 0.2 } };
-    const std::vector<Json> shapes = {
-        { { "type", "half_space" },
-          { "point", { 0.03, 0.25 } },
-          { "normal", { -std::sqrt( 0.75 ), 0.5 } } },
-        { { "type", "polygon" },
-          { "vertices",
-            { { 0.2, 0.2 },
-              { 0.8, 0.2 },
-              { 0.8, 0.6 },
-              { 0.5, 0.3 },
-              { 0.2, 0.6 } } } },
-        ball,
-        { { "type", "union" }, { "shapes", { ball, other } } } };
+    const std::vector<std::vector<Json>> scenes = {
+        { { { "type", "half_space" },
+            { "point", { 0.03, 0.25 } },
+            { "normal", { -std::sqrt( 0.75 ), 0.5 } } } },
+        { { { "type", "polygon" },
+            { "vertices",
+              { { 0.2, 0.2 },
+                { 0.8, 0.2 },
+                { 0.8, 0.6 },
+                { 0.5, 0.3 },
+                { 0.2, 0.6 } } } } },
+        { ball },
+        { { { "type", "union" }, { "shapes", { ball, other } } } },
+        { ball, other } };
     for ( const auto& basis : bases )
-        for ( const auto& shape : shapes )
+        for ( const auto& bodies : scenes )
             for ( const int rows : { 24, 60 } ) // cells long or wide, too
             {
                 auto input =
                     box( 2, 24, 2, "conservative", basis, "slip_wall" );
                 addViscosity( input );
                 input["grid"]["cells"] = { 24, rows };
-                input["boundary"].push_back(
-                    { { "type", "obstacle" }, { "shape", shape } } );
+                for ( const auto& shape : bodies )
+                    input["boundary"].push_back(
+                        { { "type", "obstacle" },
+                          { "name", fmt::format( "body {}",
+                                                 input["boundary"].size() ) },
+                          { "shape", shape } } );
                 auto run = simulate( input );
                 advanceTo( *run, 0.5 );
                 EXPECT_LE( largest( run->particleData().velocity ),
                            basis == "linear" ? 0.05 : 2e-3 )
-                    << basis << rows << shape;
+                    << basis << rows << Json( bodies );
             }
+}
+
+// So in 3D: around a ball on the floor.
+TEST( Images, letGasRestBelowABall )
+{
+    auto input = box( 3, 12, 2, "conservative", "quadratic", "slip_wall" );
+    addViscosity( input );
+    input["boundary"].push_back( { { "type", "obstacle" },
+                                   { "shape",
+                                     { { "type", "sphere" },
+                                       { "center", { 0.5, 0.5, 0.3 } },
+                                       { "radius", 0.3 } } } } );
+    auto run = simulate( input );
+    advanceTo( *run, 0.5 );
+    EXPECT_LE( largest( run->particleData().velocity ), 2e-3 );
+}
+
+// The gas between two bodies presses on each alike, and its nodes rest for one
+// of them only: their forces sum to that on both as one.
+TEST( Images, pressOnBodiesThatTouch )
+{
+    auto ball = []( const Real y )
+    {
+        return Json{ { "type", "sphere" },
+                     { "center", { 0.5, y } },
+                     { "radius", 0.15 } };
+    };
+    auto scene = [&]( const std::vector<Json>& bodies )
+    {
+        auto input = box( 2, 24, 2, "conservative", "quadratic", "slip_wall" );
+        addViscosity( input );
+        input["initial"][0]["velocity"] = { 0.5, 0 };
+        for ( const auto& shape : bodies )
+            input["boundary"].push_back(
+                { { "type", "obstacle" },
+                  { "name",
+                    fmt::format( "body {}", input["boundary"].size() ) },
+                  { "shape", shape } } );
+        auto run = simulate( input );
+        advanceTo( *run, 0.2 );
+        return run;
+    };
+    const auto run = scene( { ball( 0.35 ), ball( 0.65 ) } );
+    std::array<Vector<2>, 2> impulse{};
+    for ( const int b : { 0, 1 } )
+    {
+        Real before = 0;
+        for ( const auto& row : run->series().at( b )->rows )
+        {
+            for ( const int d : { 0, 1 } )
+                impulse[b][d] += row.at( 1 + d ) * ( row.at( 0 ) - before );
+            before = row.at( 0 );
+        }
+    }
+    EXPECT_GT( impulse[0][0], 0.01 );
+    EXPECT_NEAR( impulse[0][0] / impulse[1][0], 1, 0.02 );
+    EXPECT_NEAR( impulse[0][1] / impulse[1][1], -1, 0.05 );
 }
 
 // Nothing is missing in a body whose faces are flush with sides of the domain,

@@ -283,7 +283,8 @@ const std::vector<Effect>& effects()
             "Machpoint::pushOut" },
           { "Machpoint::solidNodes", "Machpoint::nearObstacle",
             "Machpoint::shape_solids", "Machpoint::shape_arcs",
-            "Machpoint::shape_vertices" } } };
+            "Machpoint::shape_vertices", "Machpoint::bodies",
+            "Machpoint::imageReach" } } };
     return list;
 }
 
@@ -705,7 +706,7 @@ TEST( OpenScene, allocatesNothingInTheLoop )
     input["particles"]["sort_every"] = 1000000;
     input["method"]["merge_volume"] = 0; // it sorts
     auto run = simulate( input );
-    advance( *run, 150 );
+    advance( *run, 250 );
     const Real entered = run->ledger().mass_in;
     const Real left = run->ledger().mass_out;
     const RestoredCallbacks restored;

@@ -801,6 +801,24 @@ TEST( Exact, IsentropicVortex )
                   std::invalid_argument );
 }
 
+// It is of a cold ideal gas.
+TEST( Exact, NohOfOtherGasesIsRefused )
+{
+    Json initial = { { "type", "noh" },
+                     { "center", { 0.0 } },
+                     { "density", 2 },
+                     { "speed", 3 },
+                     { "pressure", 0.019 } };
+    EXPECT_THROW( makeExact( exactInput( initial, "noh" ) ),
+                  std::invalid_argument );
+    initial["pressure"] = 0.017;
+    auto input = exactInput( initial, "noh" );
+    EXPECT_NO_THROW( makeExact( input ) );
+    input["physics"][0]["type"] = "stiffened_gas";
+    input["physics"][0]["reference_pressure"] = 1;
+    EXPECT_THROW( makeExact( input ), std::invalid_argument );
+}
+
 TEST( Exact, Noh )
 {
     // Noh 1987: for gamma 5/3 the densities are 4, 16, 64, behind a shock of

@@ -3,6 +3,7 @@
 
 #include <core/basis.hpp>
 #include <core/bounds.hpp>
+#include <core/halo.hpp>
 #include <core/placement.hpp>
 
 #include <gtest/gtest.h>
@@ -62,11 +63,11 @@ TEST( Grid, boxOfARank )
     EXPECT_TRUE( box.contains( grid, { 0.2, 3 } ) ); // the upper side
     EXPECT_FALSE( box.contains( grid, { 0.2, 0.9 } ) );
     EXPECT_FALSE( box.contains( grid, { 0.5, 1.2 } ) );
-    const NodeLayout<2> layout( grid, box, false, 1, 2 );
+    const NodeLayout<2> layout( grid, box, false, 1, { 2, 0 } );
     EXPECT_EQ( layout.owned[0], 2 );
     EXPECT_EQ( layout.owned[1], 5 ); // the domain's last vertex, too
     EXPECT_EQ( layout.lowest( 0 ), 1 - 3 );
-    EXPECT_EQ( layout( { -2, -1 } ), 0 );
+    EXPECT_EQ( layout( { -2, 1 } ), 0 );
     EXPECT_REAL_EQ( layout.position( { 1, 2 } )[0], -0.5 );
     for ( int row = 0; row < layout.total; ++row )
         EXPECT_EQ( layout( layout.indices( row ) ), row );
@@ -75,14 +76,25 @@ TEST( Grid, boxOfARank )
     EXPECT_FALSE( layout.isOwned( { 0, 6 } ) );
 }
 
+// A domain may have more nodes than an int counts: its sides are known.
+TEST( Grid, layoutOfADomainForManyRanks )
+{
+    const Grid<3> grid( { 0, 0, 0 }, { 1, 1, 1 }, { 2000, 2000, 1500 } );
+    const NodeLayout<3> whole( grid, false, 0 );
+    EXPECT_EQ( whole.extent[2], 1501 );
+    EXPECT_EQ( Halo<3>::sideSize( whole, 0 ), 2001 * 1501 );
+    EXPECT_EQ( Halo<3>::sideSize( whole, 2 ), 2001 * 2001 );
+    EXPECT_EQ( Halo<3>::sideNode( whole, 2, 2001 * 2001 - 1 )[1], 2000 );
+}
+
 // A layer more along an axis; nodes beyond a periodic end are at home inside.
 TEST( Grid, layoutOfACutPeriodicAxis )
 {
     const Grid<2> grid( { 0, 0 }, { 4, 6 }, { 4, 6 } );
     for ( const bool centred : { true, false } )
     {
-        NodeLayout<2> layout( grid, { { 0, 3 }, { 4, 6 } }, centred, 1, 1,
-                              { 0, 1 } );
+        NodeLayout<2> layout( grid, { { 0, 3 }, { 4, 6 } }, centred, 1,
+                              { 1, 1 }, { 0, 1 } );
         layout.period[1] = 6;
         EXPECT_EQ( layout.halo[0], 2 );
         EXPECT_EQ( layout.halo[1], 3 );

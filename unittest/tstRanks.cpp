@@ -120,16 +120,17 @@ void expectSameAsWhole( const std::array<SideKind, 3>& kind, const bool centred,
                         const int width, const int reach )
 {
     const Communicator comm;
-    Indices<Dim> cells{};
+    Indices<Dim> cells{}, far{};
     Vector<Dim> corner{};
     for ( int d = 0; d < Dim; ++d )
     {
-        cells[d] = 4 * ( width + reach + 1 ) + d;
+        far[d] = reach + ( d == 0 ? 1 : 0 ); // as images in high cells do
+        cells[d] = 4 * ( width + reach + 2 ) + d;
         corner[d] = 1 + d;
     }
     const Grid<Dim> grid( Vector<Dim>{}, corner, cells );
     const NodeLayout<Dim> whole( grid, wholeDomain( grid ), centred, width,
-                                 reach );
+                                 far );
     const auto whole_halo = makeHalo<Dim>( whole, kind, {} );
     for ( const auto& ranks : allCuts<Dim>( comm.size() ) )
         for ( const bool even : { true, false } )
@@ -137,9 +138,9 @@ void expectSameAsWhole( const std::array<SideKind, 3>& kind, const bool centred,
             Decomposition<Dim> decomposition( comm, cells, ranks );
             if ( !even )
                 decomposition.setCuts(
-                    unevenCuts<Dim>( cells, ranks, width + reach + 1 ) );
+                    unevenCuts<Dim>( cells, ranks, width + reach + 2 ) );
             const NodeLayout<Dim> layout( grid, decomposition.box(), centred,
-                                          width, reach );
+                                          width, far );
             const auto halo = makeHalo<Dim>( layout, kind, decomposition );
             NodeView own( "own", layout.total, 6 ),
                 all( "all", whole.total, 6 );
@@ -245,7 +246,7 @@ TEST( RankHalo, boxThinnerThanTheHalo )
     const int cells = 2 * comm.size(); // two each
     const Grid<1> grid( { 0 }, { 1 }, { cells } );
     const Decomposition<1> decomposition( comm, { cells }, { comm.size() } );
-    const NodeLayout<1> layout( grid, decomposition.box(), true, 1, 1 );
+    const NodeLayout<1> layout( grid, decomposition.box(), true, 1, { 1 } );
     EXPECT_THROW( makeHalo<1>( layout, { SideKind::slip }, decomposition ),
                   std::invalid_argument );
 }

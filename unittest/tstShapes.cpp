@@ -4,7 +4,7 @@
 */
 #include "tolerance.hpp"
 
-#include <boundary/shape_input.hpp>
+#include <core/shape_input.hpp>
 
 #include <gtest/gtest.h>
 

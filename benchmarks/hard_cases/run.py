@@ -131,7 +131,7 @@ def execute(machpoint, scene, sets, directory, timeout, threads=None):
 
 
 def _naca4(shape):
-    """Vertices of an aerofoil's outline: those of boundary/shape.hpp.
+    """Vertices of an aerofoil's outline: those of core/shape.hpp.
 
     Abbott and von Doenhoff 1959, but -0.1036 for -0.1015, which closes the
     trailing edge.

@@ -8,9 +8,9 @@
 
 #include "euler.hpp"
 
-#include <boundary/shape_input.hpp>
 #include <core/grid.hpp>
 #include <core/module.hpp>
+#include <core/shape_input.hpp>
 #include <physics/initial/initial_state.hpp>
 
 #include <fmt/format.h>

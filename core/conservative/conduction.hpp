@@ -13,11 +13,14 @@ namespace Machpoint
 namespace Impl
 {
 
-//! Adds m, m e, m eta and m eta e of the particles.
+//! Adds m, m e, m eta and m eta e of the particles, e without what a stiffened
+//! gas has of its reference pressure.
 //! \param sums the scatter of a field [nodes][4]
 template <class Basis, int Dim, class Sums>
-void depositConduction( const State<Dim>& state, const Sums& sums )
+void depositConduction( const State<Dim>& state, const Real reference,
+                        const Sums& sums )
 {
+    const auto V = state.particles.template slice<Volume>();
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto share = sliceOfRates<ConductedHeat>( state );
@@ -29,7 +32,8 @@ void depositConduction( const State<Dim>& state, const Sums& sums )
             const Lanes part = load( share, p );
             Products<ValueTerms<4>, Dim, Lanes> terms;
             terms.value[0] = load( m, p );
-            terms.value[1] = terms.value[0] * load( e, p );
+            terms.value[1] =
+                terms.value[0] * load( e, p ) - reference * load( V, p );
             terms.value[2] = part * terms.value[0];
             terms.value[3] = part * terms.value[1];
             return addProductsLater( nodes, p, s, layout, s.w, terms );
@@ -60,27 +64,32 @@ bool findFriction( State<Dim>& state )
   e_p += sum_i w_i sum_q m_q w_iq / m_i (1 - (1 - eta_p)(1 - eta_q)) (e_q - e_p)
   with eta their ConductedHeat and m_i = sum_q m_q w_iq. Conserves energy, and
   an energy ends between those that were there. Without friction it looks, no
-  more. \param heat [nodes][>= 4] scratch
+  more. \param reference p_inf of a stiffened gas, whose heat is
+  e - p_inf / rho \param heat [nodes][>= 4] scratch
 */
 template <class Basis, int Dim>
-void conductHeat( State<Dim>& state, NodeSum& heat )
+void conductHeat( State<Dim>& state, const Real reference, NodeSum& heat )
 {
     if ( !findFriction( state ) )
         return;
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto share = sliceOfRates<ConductedHeat>( state );
     const auto layout = state.layout;
     const auto means = heat.field();
 
     heat.deposit( [&]( const auto& nodes )
-                  { depositConduction<Basis>( state, nodes ); } );
+                  { depositConduction<Basis>( state, reference, nodes ); } );
     heat.foldAndFill( state.halo, NodeComponents<4>{} );
     divideByFirst<4>( "Machpoint::meanHeat", means );
     forEachStencil<Basis>(
         "Machpoint::conductHeat", state,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
             MACHPOINT_INLINE {
-                const Lanes own = load( e, p );
+                const Lanes energy = load( e, p );
+                const Lanes own =
+                    energy - reference * load( V, p ) / load( m, p );
                 const Lanes part = load( share, p );
                 Lanes change( 0.0 );
                 forEachNode( s, layout,
@@ -93,7 +102,7 @@ void conductHeat( State<Dim>& state, NodeSum& heat )
                                              ( 1 - part ) *
                                                  ( mean[3] - mean[2] * own ) );
                              } );
-                store( e, own + change, p );
+                store( e, energy + change, p );
             },
         means );
 }

@@ -154,15 +154,15 @@ void measureMotion( const State<Dim>& state, const NodeView& faces,
 template <int Dim>
 void creditGaps( const State<Dim>& state, const NodeView& faces )
 {
-    for ( const auto& gaps : state.image_gaps )
-        forEach(
-            "Machpoint::creditGaps", gaps.nodes.extent_int( 0 ),
-            MACHPOINT_LAMBDA( const int k ) {
-                for ( int a = 0; a < Dim; ++a )
-                    faces( gaps.nodes( k ), face_columns * a + Excess ) +=
-                        gaps.missing( k, a );
-            },
-            few_rows );
+    const auto gaps = state.image_gaps;
+    forEach(
+        "Machpoint::creditGaps", gaps.nodes.extent_int( 0 ),
+        MACHPOINT_LAMBDA( const int k ) {
+            for ( int a = 0; a < Dim; ++a )
+                faces( gaps.nodes( k ), face_columns * a + Excess ) +=
+                    gaps.missing( k, a );
+        },
+        few_rows );
 }
 
 } // namespace Impl

@@ -33,12 +33,14 @@ struct CellPressure
     Lanes trust{ 1.0 };              //!< 1, less where the limit cuts steep
                                      //!< slopes
 
-    //! \param own pressure of the particles
+    //! \param own pressure of the particles \param reference p_inf of a
+    //! stiffened gas
     KOKKOS_FORCEINLINE_FUNCTION
     CellPressure( const Grid<Dim>& grid, const NodeLayout<Dim>& layout,
                   const Stencil<Basis, Dim, Lanes>& s,
                   const HalfwayWeights<Basis, Dim, Lanes>& halfway,
-                  const NodeView& means, const Lanes& own )
+                  const NodeView& means, const Lanes& own,
+                  const Real reference )
     {
         Lanes least = own;
         constexpr int places = Basis::nodes - 1;
@@ -70,7 +72,8 @@ struct CellPressure
                     }
                 }
         // Without the limit, steep pressures run away.
-        least = Kokkos::max( least, Lanes( 0.0 ) ) * ( 0.5_rt / Dim );
+        least =
+            Kokkos::max( least + reference, Lanes( 0.0 ) ) * ( 0.5_rt / Dim );
         for ( int a = 0; a < Dim; ++a )
         {
             const Lanes limit = least * grid.inverse[a];
@@ -105,7 +108,7 @@ struct VolumeExchange
                     const NodeView& means, const Real eta, const Pack p )
         : halfway( grid, stencil ),
           around( grid, layout, stencil, halfway, means,
-                  load( particles.pressure, p ) ),
+                  load( particles.pressure, p ), response.reference ),
           pressure( load( particles.pressure, p ) )
     {
         const Lanes V = load( particles.V, p );
@@ -297,13 +300,15 @@ struct MixedHeat
     }
 };
 
-//! Adds m eta and m eta e of the particles.
+//! Adds m eta and m eta e of the particles, e without what a stiffened gas has
+//! of its reference pressure.
 //! \param sums the scatter of a field [nodes][2]
 template <class Basis, int Dim, class Share, class Sums>
 void depositHeat( const State<Dim>& state, const Share& share,
-                  const Sums& sums )
+                  const Real reference, const Sums& sums )
 {
     const auto x = state.particles.template slice<Position>();
+    const auto V = state.particles.template slice<Volume>();
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto grid = state.grid;
@@ -319,8 +324,10 @@ void depositHeat( const State<Dim>& state, const Share& share,
             const Stencil<Basis, Dim, Lanes> s( grid, layout,
                                                 loadVector<Dim>( x, p ) );
             Products<ValueTerms<2>, Dim, Lanes> terms;
-            terms.value[0] = load( m, p ) * part;
-            terms.value[1] = terms.value[0] * load( e, p );
+            const Lanes mass = load( m, p );
+            terms.value[0] = mass * part;
+            terms.value[1] = terms.value[0] *
+                             ( load( e, p ) - reference * load( V, p ) / mass );
             addProducts( accessTo( sums.thread(), p, s, layout ), p, s, layout,
                          s.w, terms );
         },
@@ -331,11 +338,15 @@ void depositHeat( const State<Dim>& state, const Share& share,
   \brief Exchange of heat: e += eta (sum w e_i - e) with e_i = sum m eta w e /
   sum m eta w and eta the particles' MixedHeat. Conserves energy; spreads the
   heat that a shock or a wall leaves in too few particles (after the heat flux
-  of Noh 1987). \param strength ck \param heat [nodes][>= 2] scratch
+  of Noh 1987). \param strength ck \param reference p_inf of a stiffened gas,
+  whose heat is e - p_inf / rho \param heat [nodes][>= 2] scratch
 */
 template <class Basis, int Dim>
-void mixHeat( const State<Dim>& state, const Real strength, NodeSum& heat )
+void mixHeat( const State<Dim>& state, const Real strength,
+              const Real reference, NodeSum& heat )
 {
+    const auto m = state.particles.template slice<Mass>();
+    const auto V = state.particles.template slice<Volume>();
     const auto divergence = sliceOfFlow<Divergence>( state );
     const MixedHeat<decltype( divergence )> share{
         strength * static_cast<Real>( state.dt ), divergence,
@@ -348,7 +359,7 @@ void mixHeat( const State<Dim>& state, const Real strength, NodeSum& heat )
     const NodeComponents<2> components{};
 
     heat.deposit( [&]( const auto& nodes )
-                  { depositHeat<Basis>( state, share, nodes ); } );
+                  { depositHeat<Basis>( state, share, reference, nodes ); } );
     heat.foldAndFill( state.halo, components );
     const int n = state.particles.size();
     forEachPack(
@@ -360,7 +371,8 @@ void mixHeat( const State<Dim>& state, const Real strength, NodeSum& heat )
                 return;
             const Stencil<Basis, Dim, Lanes> s( grid, layout,
                                                 loadVector<Dim>( x, p ) );
-            const Lanes own = load( e, p );
+            const Lanes energy = load( e, p );
+            const Lanes own = energy - reference * load( V, p ) / load( m, p );
             Lanes change = zero;
             forEachNode( s, layout,
                          [&]( const auto& i ) MACHPOINT_INLINE
@@ -371,7 +383,8 @@ void mixHeat( const State<Dim>& state, const Real strength, NodeSum& heat )
                                  zero < mass,
                                  Lanes( i.weight * ( mean - own ) ), zero );
                          } );
-            store( e, choose( zero < part, own + part * change, own ), p );
+            store( e, choose( zero < part, energy + part * change, energy ),
+                   p );
         },
         few_stencils<Dim> );
 }

@@ -59,13 +59,13 @@ Reused<std::int64_t>::list_type numberByParent( State<Dim>& state,
 struct LargeParticle
 {
     Real volume;     //!< that it may have
-    Real mass_floor; //!< part of what it started with that it must have
+    Real mass_floor; //!< part of what it started with that a half must have
 
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION auto
     operator()( const Number& V, const Number& m, const Number& original ) const
     {
-        return Number( volume ) < V && mass_floor * original < m;
+        return Number( volume ) < V && 2 * mass_floor * original <= m;
     }
 };
 

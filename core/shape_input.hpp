@@ -5,8 +5,8 @@
 #ifndef MACHPOINT_SHAPE_INPUT_HPP
 #define MACHPOINT_SHAPE_INPUT_HPP
 
-#include <boundary/shape.hpp>
 #include <core/parameters.hpp>
+#include <core/shape.hpp>
 
 #include <algorithm>
 #include <cmath>

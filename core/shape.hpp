@@ -103,12 +103,24 @@ class Shape
     {
     }
 
+    //! Number of solids; the members of a union follow each other.
+    KOKKOS_FUNCTION int size() const
+    {
+        return static_cast<int>( _solids.extent( 0 ) );
+    }
+
     //! Signed distance and normal at x in one search.
     KOKKOS_FUNCTION Nearest<Dim> nearest( const Vector<Dim>& x ) const
     {
+        return nearest( x, 0, size() );
+    }
+    //! The same of solids begin to end - 1 alone.
+    KOKKOS_FUNCTION Nearest<Dim> nearest( const Vector<Dim>& x, const int begin,
+                                          const int end ) const
+    {
         Nearest<Dim> result = { Kokkos::Experimental::finite_max_v<Real>,
                                 unitVector() };
-        for ( int s = 0; s < static_cast<int>( _solids.extent( 0 ) ); ++s )
+        for ( int s = begin; s < end; ++s )
         {
             const Solid& solid = _solids( s );
             // Polygons are the one costly kind, so pass by the farther ones.
@@ -140,17 +152,18 @@ class Shape
     }
 
     /*!
-      \brief Does `visit( Nearest )` say true for a part of the surface?
+      \brief Does `visit( Nearest )` say true for a part of the surface of
+      solids begin to end - 1?
 
       For each sphere and half space, the plane of each face of a box and the
       line of each edge of a polygon: also those that others cover, or that are
       not the nearest.
     */
     template <class Visit>
-    KOKKOS_FUNCTION bool anyPart( const Vector<Dim>& x,
-                                  const Visit& visit ) const
+    KOKKOS_FUNCTION bool anyPart( const Vector<Dim>& x, const int begin,
+                                  const int end, const Visit& visit ) const
     {
-        for ( int s = 0; s < static_cast<int>( _solids.extent( 0 ) ); ++s )
+        for ( int s = begin; s < end; ++s )
         {
             const Solid& solid = _solids( s );
             if ( solid.kind == Kind::box )
@@ -198,7 +211,7 @@ class Shape
     distanceBound( const Kokkos::Array<Number, Dim>& x ) const
     {
         Number result( Kokkos::Experimental::finite_max_v<Real> );
-        for ( int s = 0; s < static_cast<int>( _solids.extent( 0 ) ); ++s )
+        for ( int s = 0; s < size(); ++s )
             result = Kokkos::min( result, bound( _solids( s ), x ) );
         return result;
     }
