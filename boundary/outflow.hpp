@@ -48,7 +48,7 @@ void markBeyond( State<Dim>& state, const SidePart<Dim>& part )
   \brief Outflow: exact for supersonic flow, weakly reflecting for subsonic.
 
   A valve: particles beyond the side are removed, and gas does not come back, as
-  nobody knows which. Nodes within a cell of the side lose what velocity they
+  nobody knows which. The nodes next to the side lose what velocity they
   have into the domain, v_n = min(v_n, 0) with n inwards, as on a wall.
 */
 template <int Dim>
@@ -90,7 +90,8 @@ class Outflow : public SideBoundary<Dim>
     {
         const auto part = this->_part;
         const auto grid = state.grid;
-        const Real width = grid.spacing[part.axis()];
+        // On the side, or half a cell from it.
+        const Real width = 0.75_rt * grid.spacing[part.axis()];
         _nodes = listNodes(
             "Machpoint::outflowNodes", state.layout,
             MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
@@ -115,7 +116,7 @@ class Outflow : public SideBoundary<Dim>
     }
 
   private:
-    IndexList _nodes; // within a cell of the side, or beyond
+    IndexList _nodes; // next to the side, or beyond
 };
 
 } // namespace Machpoint

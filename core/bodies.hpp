@@ -72,7 +72,8 @@ struct Bodies
     }
 
     //! Is the part of a body's surface that is nearest to x the inside of
-    //! another body, or its seam with one that is nearer to x?
+    //! another body, or its seam with one that is nearer to x, or as near and
+    //! before it in the list?
     //! \param part the surface as x sees it \param seam width, length
     KOKKOS_FUNCTION bool covers( const Vector<Dim>& x, const Nearest<Dim>& part,
                                  const int body, const Real seam ) const
@@ -86,8 +87,8 @@ struct Bodies
             if ( b != body && nearest( foot, b ).distance < seam )
             {
                 const Real distance = nearest( x, b ).distance;
-                if ( distance < part.distance ||
-                     ( distance == part.distance && b < body ) )
+                if ( distance < part.distance - seam ||
+                     ( distance <= part.distance + seam && b < body ) )
                     return true;
             }
         return false;

@@ -38,13 +38,19 @@ struct ImageCover
                grid.maxSpacing();
     }
 
-    //! Is there gas, if it is everywhere?
+    //! Is there gas, if it is everywhere but in bodies with images?
     KOKKOS_FUNCTION bool isGas( const Vector<Dim>& x ) const
     {
         for ( int d = 0; d < Dim; ++d )
             if ( x[d] < grid.lower[d] || x[d] > grid.upper[d] )
                 return false;
-        return bodies.shape.distance( x ) >= -round_off * grid.minSpacing();
+        // What is projected needs no images, and is no gap.
+        for ( int b = 0; b < bodies.count; ++b )
+            if ( bodies.image_reach( b ) > 0 &&
+                 bodies.nearest( x, b ).distance <
+                     -round_off * grid.minSpacing() )
+                return false;
+        return true;
     }
 
     //! Is there an image of gas in a body? \param x in the domain or beyond

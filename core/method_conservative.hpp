@@ -157,14 +157,12 @@ struct Conservative : MethodDefaults
         if ( parts.heat_mixing > 0 && state.step > 0 )
         {
             const Profile::Effect effect( "heat mixing" );
-            Impl::mixHeat<Basis, Dim>( state, parts.heat_mixing,
-                                       gas.response().reference, storage.heat );
+            Impl::mixHeat<Basis, Dim>( state, parts.heat_mixing, storage.heat );
         }
         if ( parts.conductsHeat( state.step ) )
         {
             const Profile::Effect effect( "heat conduction" );
-            Impl::conductHeat<Basis, Dim>( state, gas.response().reference,
-                                           storage.heat );
+            Impl::conductHeat<Basis, Dim>( state, storage.heat );
         }
         if ( parts.merge_volume > 0 && state.step % parts.merge_every == 0 )
         {

@@ -196,8 +196,13 @@ std::vector<std::vector<SideKind>> claimSides( Scene<Dim>& scene,
         for ( int t = 0; t < Halo<Dim>::sideSize( whole, axis ); ++t )
         {
             auto x = whole.position( Halo<Dim>::sideNode( whole, axis, t ) );
-            x[axis] = side % 2 ? scene.state.grid.upper[axis]
-                               : scene.state.grid.lower[axis];
+            // Regions may end at the domain's edge, or at a node.
+            const auto& grid = scene.state.grid;
+            const Real hair = nudge * grid.minSpacing();
+            for ( int d = 0; d < Dim; ++d )
+                x[d] = std::clamp( x[d] + hair, grid.lower[d] + hair,
+                                   grid.upper[d] - hair );
+            x[axis] = side % 2 ? grid.upper[axis] : grid.lower[axis];
             int claims = 0;
             SideKind kind{};
             for ( const auto& active : scene.modules )
@@ -535,6 +540,7 @@ Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
         []( const auto& active )
         { return active.sides.front().kind == SideKind::periodic; } );
     state.bodies = findBodies( scene );
+    state.reference_pressure = scene.gas->response().reference;
     weighImages( scene );
     for ( const auto& active : scene.modules )
         scene.is_open = scene.is_open || active.module->isOpen();

@@ -161,6 +161,8 @@ struct State
     int stencil_nodes = 0;      //!< that a particle sees along an axis
     bool reproducible = false;  //!< sums have the same bits on any ranks
     Real least_energy = 0;      //!< per mass, that a step may leave
+    //! p_inf of a stiffened gas, whose heat is e - p_inf / rho.
+    Real reference_pressure = 0;
     //! Kernels tell of particles above it (Large).
     Real large_volume = Kokkos::Experimental::infinity_v<Real>;
     //! For each Suspicion: not 0 once a kernel has told of it; see Watch.

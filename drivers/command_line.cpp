@@ -23,6 +23,10 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
@@ -222,28 +226,30 @@ void requireAllProcesses( const Communicator& ranks )
             launched, ranks.size() ) } );
 }
 
-//! \throws InputError for numbers of threads that Kokkos would abort or hang
-//! on.
-void requireThreads()
+//! What is wrong with the number of threads that this process is to have, which
+//! Kokkos would abort or hang on; empty: nothing.
+std::string faultOfThreads()
 {
     constexpr int most = 512; // of Kokkos' OpenMP
-    for ( const char* name : { "KOKKOS_NUM_THREADS", "OMP_NUM_THREADS" } )
+    int count = 1;
+    const char* text = std::getenv( "KOKKOS_NUM_THREADS" );
+    if ( text )
     {
-        const char* text = std::getenv( name );
-        if ( !text )
-            continue;
         const char* end = text + std::strlen( text );
-        int count = 0;
         const auto [rest, error] = std::from_chars( text, end, count );
-        const bool is_number = error == std::errc() && rest == end;
-        // OpenMP takes lists, too, and passes by what it cannot read.
-        if ( name[0] == 'O' ? is_number && count > most
-                            : !is_number || count < 1 || count > most )
-            throw InputError(
-                { fmt::format( "{}: must be a number of threads from 1 to {}, "
-                               "not \"{}\"",
-                               name, most, text ) } );
+        if ( error != std::errc() || rest != end )
+            count = 0;
     }
+#ifdef _OPENMP
+    else
+        count = omp_get_max_threads();
+#endif
+    return count >= 1 && count <= most
+               ? ""
+               : fmt::format( "{}: must be a number of threads from 1 to {}, "
+                              "not \"{}\"",
+                              text ? "KOKKOS_NUM_THREADS" : "OMP_NUM_THREADS",
+                              most, text ? text : std::to_string( count ) );
 }
 
 //! Ends a rank upon a failure that the others may not have met: they would wait
@@ -378,7 +384,8 @@ int runCommandLine( int argc, char** argv )
     try
     {
         requireAllProcesses( ranks );
-        requireThreads();
+        if ( const auto fault = faultOfThreads(); !fault.empty() )
+            return failAlone( ranks, fault, wrong_input );
         if ( study_command.parsed() )
             return study( ranks, file, study_options );
         const KokkosSession kokkos;

@@ -468,7 +468,7 @@ class Usage(CommandLineTest):
 
     def test_threads_that_cannot_be(self):
         for name, text in [("KOKKOS_NUM_THREADS", "abc"), ("KOKKOS_NUM_THREADS", "0"),
-                           ("KOKKOS_NUM_THREADS", ""), ("OMP_NUM_THREADS", "513")]:
+                           ("KOKKOS_NUM_THREADS", ""), ("KOKKOS_NUM_THREADS", "513")]:
             with self.subTest(name=name, text=text), unittest.mock.patch.dict(
                     ENVIRONMENT, {name: text}):
                 result = machpoint("list")

@@ -376,6 +376,39 @@ TEST( Images, findNoGapsWhereTheGasIsMirrored )
                        0.2, "seam" );
 }
 
+// Bodies may share a surface: there is one image of a particle, not none or
+// two.
+TEST( Images, areOfOneOfTheBodiesThatShareASurface )
+{
+    auto block = []( const Real left, const Real right )
+    {
+        return Json{ { "type", "box" },
+                     { "lower", { left, -1 } },
+                     { "upper", { right, 0.32 } } };
+    };
+    auto scene = []( const std::vector<Json>& bodies )
+    {
+        auto input = box( 2, 20, 2, "conservative", "quadratic", "slip_wall" );
+        input["initial"][0]["velocity"] = { 0.3, -0.1 };
+        input["method"]["split_volume"] = 0;
+        input["method"]["merge_volume"] = 0;
+        for ( const auto& shape : bodies )
+            input["boundary"].push_back(
+                { { "type", "obstacle" },
+                  { "name",
+                    fmt::format( "body {}", input["boundary"].size() ) },
+                  { "shape", shape } } );
+        return input;
+    };
+    const auto whole = scene( { block( 0.4, 2 ) } );
+    expectSameGas( whole, scene( { block( 0.4, 2 ), block( 0.4, 2 ) } ), 0.2,
+                   "the same twice" );
+    expectSameGas( whole, scene( { block( 0.4, 0.8 ), block( 0.6, 2 ) } ), 0.2,
+                   "overlapping" );
+    expectSameGas( whole, scene( { block( 0.4, 0.7 ), block( 0.7, 2 ) } ), 0.2,
+                   "side by side" );
+}
+
 // Gas that stands around a body lifts it by the weight that it displaces.
 TEST( Images, liftABodyByWhatItDisplaces )
 {

@@ -384,7 +384,7 @@ TYPED_TEST( Transfer, aHotParticleConductsHeatToAllAround )
     {
         setHotParticle( state, hot, own, others );
         const auto before = heatOf( state, hot );
-        Impl::conductHeat<Basis>( state, 0, heat );
+        Impl::conductHeat<Basis>( state, heat );
         const auto after = heatOf( state, hot );
         EXPECT_NEAR( after.sum, before.sum, tolerance( 1e-13 ) * before.sum );
         EXPECT_GE( after.range.min_val, 1 - tolerance( 1e-14 ) );

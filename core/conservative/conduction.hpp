@@ -17,9 +17,9 @@ namespace Impl
 //! gas has of its reference pressure.
 //! \param sums the scatter of a field [nodes][4]
 template <class Basis, int Dim, class Sums>
-void depositConduction( const State<Dim>& state, const Real reference,
-                        const Sums& sums )
+void depositConduction( const State<Dim>& state, const Sums& sums )
 {
+    const Real reference = state.reference_pressure;
     const auto V = state.particles.template slice<Volume>();
     const auto m = state.particles.template slice<Mass>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
@@ -64,12 +64,13 @@ bool findFriction( State<Dim>& state )
   e_p += sum_i w_i sum_q m_q w_iq / m_i (1 - (1 - eta_p)(1 - eta_q)) (e_q - e_p)
   with eta their ConductedHeat and m_i = sum_q m_q w_iq. Conserves energy, and
   an energy ends between those that were there. Without friction it looks, no
-  more. \param reference p_inf of a stiffened gas, whose heat is
-  e - p_inf / rho \param heat [nodes][>= 4] scratch
+  more. e is heat, e - p_inf / rho, of a stiffened gas.
+  \param heat [nodes][>= 4] scratch
 */
 template <class Basis, int Dim>
-void conductHeat( State<Dim>& state, const Real reference, NodeSum& heat )
+void conductHeat( State<Dim>& state, NodeSum& heat )
 {
+    const Real reference = state.reference_pressure;
     if ( !findFriction( state ) )
         return;
     const auto m = state.particles.template slice<Mass>();
@@ -80,7 +81,7 @@ void conductHeat( State<Dim>& state, const Real reference, NodeSum& heat )
     const auto means = heat.field();
 
     heat.deposit( [&]( const auto& nodes )
-                  { depositConduction<Basis>( state, reference, nodes ); } );
+                  { depositConduction<Basis>( state, nodes ); } );
     heat.foldAndFill( state.halo, NodeComponents<4>{} );
     divideByFirst<4>( "Machpoint::meanHeat", means );
     forEachStencil<Basis>(

@@ -215,9 +215,9 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes limiterOf(
 template <int Dim>
 KOKKOS_FORCEINLINE_FUNCTION Lanes
 conductedHeat( const Real strength, const VectorOf<Dim, Lanes> ( &C )[Dim],
-               const Lanes& loss, const Lanes& e )
+               const Lanes& loss, const Lanes& heat )
 {
-    const Lanes friction = shearOf<Dim>( C ) * loss / e;
+    const Lanes friction = shearOf<Dim>( C ) * loss / heat;
     return choose(
         Lanes( 2e-5 ) < friction,
         Lanes( Kokkos::min( Lanes( strength * friction ), Lanes( 1.0 ) ) ),
@@ -289,6 +289,7 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
     const Real ks = parts.particle_shifting;
     const auto conducted = sliceOfRates<ConductedHeat>( state );
     const bool conducts = parts.conductsHeat( state.step + 1 );
+    const Real reference = state.reference_pressure;
     const Real conduction =
         parts.heat_conduction * ConservativeParts::conduct_every;
     forEachStencil<Basis>(
@@ -353,10 +354,6 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             const Lanes lost = Kokkos::max( g.squares - fitted, zero );
             const Lanes loss = 0.5_rt * ( returned * lost + fitted - carried );
             const Lanes old_e = load( e, p );
-            if ( conducts )
-                store( conducted,
-                       conductedHeat<Dim>( conduction, affine, loss, old_e ),
-                       p );
             store( next_divergence, g.divergence, p );
             store( next_limiter,
                    Limited ? limiterOf<Dim>( g.divergence, g.rough, new_C,
@@ -376,6 +373,12 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 store( expansion, g.expansion, p );
                 store( next_expansion, g.next, p );
             }
+            if ( conducts )
+                store( conducted,
+                       conductedHeat<Dim>( conduction, affine, loss,
+                                           old_e - reference * volume /
+                                                       load( m, p ) ),
+                       p );
             volume += old_V * Kokkos::max( dt * g.expansion, Lanes( -0.8 ) );
             if ( Rearranges )
             {

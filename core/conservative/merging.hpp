@@ -107,7 +107,8 @@ struct Merging
 
     Grid<Dim> grid;
     AffineMoment moment_of;
-    Real largest; //!< volume of a merged particle
+    Real largest;   //!< volume of a merged particle
+    Real reference; //!< p_inf of a stiffened gas
     Member<Position> x;
     Member<Velocity> v;
     Member<VelocityGradient> C;
@@ -122,7 +123,7 @@ struct Merging
     Merging( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
              const Real largest_volume )
         : grid( state.grid ), moment_of( state.affine_moment ),
-          largest( largest_volume ),
+          largest( largest_volume ), reference( state.reference_pressure ),
           x( state.particles.template slice<Position>() ),
           v( state.particles.template slice<Velocity>() ),
           C( state.particles.template slice<VelocityGradient>() ),
@@ -141,7 +142,13 @@ struct Merging
     {
         return V( p ) + V( q ) < largest &&
                m( p ) + m( q ) <= 2 * ( original( p ) + original( q ) ) &&
-               Kokkos::abs( e( p ) - e( q ) ) < 0.1_rt * ( e( p ) + e( q ) );
+               Kokkos::abs( heat( p ) - heat( q ) ) <
+                   0.1_rt * ( heat( p ) + heat( q ) );
+    }
+    //! What of e depends on the temperature alone.
+    KOKKOS_INLINE_FUNCTION Real heat( const int p ) const
+    {
+        return e( p ) - reference * V( p ) / m( p );
     }
 
     //! The nearest of rows [begin, end) of `particles` that p may merge with;

@@ -305,8 +305,9 @@ struct MixedHeat
 //! \param sums the scatter of a field [nodes][2]
 template <class Basis, int Dim, class Share, class Sums>
 void depositHeat( const State<Dim>& state, const Share& share,
-                  const Real reference, const Sums& sums )
+                  const Sums& sums )
 {
+    const Real reference = state.reference_pressure;
     const auto x = state.particles.template slice<Position>();
     const auto V = state.particles.template slice<Volume>();
     const auto m = state.particles.template slice<Mass>();
@@ -338,13 +339,13 @@ void depositHeat( const State<Dim>& state, const Share& share,
   \brief Exchange of heat: e += eta (sum w e_i - e) with e_i = sum m eta w e /
   sum m eta w and eta the particles' MixedHeat. Conserves energy; spreads the
   heat that a shock or a wall leaves in too few particles (after the heat flux
-  of Noh 1987). \param strength ck \param reference p_inf of a stiffened gas,
-  whose heat is e - p_inf / rho \param heat [nodes][>= 2] scratch
+  of Noh 1987). e is heat, e - p_inf / rho, of a stiffened gas.
+  \param strength ck \param heat [nodes][>= 2] scratch
 */
 template <class Basis, int Dim>
-void mixHeat( const State<Dim>& state, const Real strength,
-              const Real reference, NodeSum& heat )
+void mixHeat( const State<Dim>& state, const Real strength, NodeSum& heat )
 {
+    const Real reference = state.reference_pressure;
     const auto m = state.particles.template slice<Mass>();
     const auto V = state.particles.template slice<Volume>();
     const auto divergence = sliceOfFlow<Divergence>( state );
@@ -359,7 +360,7 @@ void mixHeat( const State<Dim>& state, const Real strength,
     const NodeComponents<2> components{};
 
     heat.deposit( [&]( const auto& nodes )
-                  { depositHeat<Basis>( state, share, reference, nodes ); } );
+                  { depositHeat<Basis>( state, share, nodes ); } );
     heat.foldAndFill( state.halo, components );
     const int n = state.particles.size();
     forEachPack(

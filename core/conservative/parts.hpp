@@ -147,8 +147,8 @@ struct ConservativeParts
             .defaultsTo( 0.75 )
             .switches( "splitting", 0 )
             .source( "docs/conservative.md, section 9" );
-        p.number( "mass_floor", "no particle is halved below this part of the "
-                                "mass that it started with" )
+        p.number( "mass_floor", "no half is lighter than this part of the mass "
+                                "that its particle started with" )
             .above( 0 )
             .atMost( 1 )
             .defaultsTo( 1.0 / 16 )
