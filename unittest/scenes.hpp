@@ -97,6 +97,26 @@ inline Json shockTube( const int dimension, const int cells, const int per_axis,
     return input;
 }
 
+//! An inflow of the box's gas. \param velocity [Dim]
+inline Json inflow( const std::string& side, const Json& velocity )
+{
+    return { { "type", "inflow" },
+             { "side", side },
+             { "density", 1.4 },
+             { "velocity", velocity },
+             { "pressure", 1 } };
+}
+
+//! Adds obstacles of these shapes, each with a name of its own.
+inline void addBodies( Json& input, const std::vector<Json>& shapes )
+{
+    for ( const auto& shape : shapes )
+        input["boundary"].push_back(
+            { { "type", "obstacle" },
+              { "name", "body " + std::to_string( input["boundary"].size() ) },
+              { "shape", shape } } );
+}
+
 //! The same box, 2 particles a cell along an axis, with a stream along x, which
 //! has the box's gas, past a body.
 inline Json streamPast( const Json& shape, const int dimension, const int cells,
@@ -107,11 +127,7 @@ inline Json streamPast( const Json& shape, const int dimension, const int cells,
     auto velocity = repeat( dimension, 0.0 );
     velocity[0] = speed;
     input["initial"][0]["velocity"] = velocity;
-    input["boundary"][0] = { { "type", "inflow" },
-                             { "side", "x_lower" },
-                             { "density", 1.4 },
-                             { "velocity", velocity },
-                             { "pressure", 1 } };
+    input["boundary"][0] = inflow( "x_lower", velocity );
     input["boundary"][1] = { { "type", "outflow" }, { "side", "x_upper" } };
     input["boundary"].push_back(
         { { "type", "obstacle" }, { "name", "body" }, { "shape", shape } } );

@@ -275,12 +275,7 @@ TEST( Images, letGasRestInCorners )
                     box( 2, 24, 2, "conservative", basis, "slip_wall" );
                 addViscosity( input );
                 input["grid"]["cells"] = { 24, rows };
-                for ( const auto& shape : bodies )
-                    input["boundary"].push_back(
-                        { { "type", "obstacle" },
-                          { "name", fmt::format( "body {}",
-                                                 input["boundary"].size() ) },
-                          { "shape", shape } } );
+                addBodies( input, bodies );
                 auto run = simulate( input );
                 advanceTo( *run, 0.5 );
                 EXPECT_LE( largest( run->particleData().velocity ),
@@ -319,12 +314,7 @@ TEST( Images, pressOnBodiesThatTouch )
         auto input = box( 2, 24, 2, "conservative", "quadratic", "slip_wall" );
         addViscosity( input );
         input["initial"][0]["velocity"] = { 0.5, 0 };
-        for ( const auto& shape : bodies )
-            input["boundary"].push_back(
-                { { "type", "obstacle" },
-                  { "name",
-                    fmt::format( "body {}", input["boundary"].size() ) },
-                  { "shape", shape } } );
+        addBodies( input, bodies );
         auto run = simulate( input );
         advanceTo( *run, 0.2 );
         return run;
@@ -392,12 +382,7 @@ TEST( Images, areOfOneOfTheBodiesThatShareASurface )
         input["initial"][0]["velocity"] = { 0.3, -0.1 };
         input["method"]["split_volume"] = 0;
         input["method"]["merge_volume"] = 0;
-        for ( const auto& shape : bodies )
-            input["boundary"].push_back(
-                { { "type", "obstacle" },
-                  { "name",
-                    fmt::format( "body {}", input["boundary"].size() ) },
-                  { "shape", shape } } );
+        addBodies( input, bodies );
         return input;
     };
     const auto whole = scene( { block( 0.4, 2 ) } );
