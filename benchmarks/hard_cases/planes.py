@@ -483,6 +483,65 @@ def corners(cells, end):
             for name, shape in bodies.items() for p in PLACEMENTS]
 
 
+def slow_stream(runs):
+    """Volume that particles claim of the last eighth before the outflow, over
+    that eighth's own, and the largest error of the density."""
+    values = {}
+    for run in runs:
+        data, grid = particles(run), run.input["grid"]
+        lower, upper = grid["lower"], grid["upper"]
+        last = data["position"][:, 0] > upper[0] - (upper[0] - lower[0]) / 8
+        own = np.prod(np.subtract(upper, lower)) / 8
+        label = f"{run.input['particles']['placement']}, {size(run)}"
+        values[f"last eighth, {label}"] = float(
+            data["volume"][last].sum() / own)
+        values[f"max error of rho/rho0, {label}"] = run.error(
+            "density", "Linf") / run.input["initial"][0]["density"]
+    return values
+
+
+def open_box(runs):
+    """Mass that is left of the first output's, largest velocity over the sound
+    speed of the gas outside, and lowest pressure over its own."""
+    values = {}
+    for run in runs:
+        first, last = particles(run, 0), particles(run)
+        label = f"{run.input['particles']['placement']}, {size(run)}"
+        values[f"mass kept, {label}"] = float(
+            last["mass"].sum() / first["mass"].sum())
+        values[f"max |v|/c, {label}"] = run.error("velocity", "Linf")
+        values[f"min p/p0, {label}"] = float(last["pressure"].min())
+    return values
+
+
+def open_sides(initial, boundary, cells, end):
+    """The box of gas with sound speed 1 in other surroundings, by placement."""
+    return [dict(p, **{"grid.cells": cells, "time.end": end,
+                       "initial": initial, "boundary": boundary})
+            for p in PLACEMENTS]
+
+
+def slow_streams(cells, end):
+    stream = {"density": 1.4, "velocity": [0.06, 0], "pressure": 1}
+    return open_sides(
+        [dict(type="uniform", **stream)],
+        [dict(type="inflow", side="x_lower", **stream),
+         {"type": "outflow", "side": "x_upper"},
+         {"type": "slip_wall", "side": "y_lower"},
+         {"type": "slip_wall", "side": "y_upper"}], cells, end)
+
+
+def hot_balls(cells, end):
+    rest = {"type": "uniform", "density": 1.4, "velocity": [0, 0],
+            "pressure": 1}
+    ball = {"type": "sphere", "center": [0.5, 0.5], "radius": 0.2}
+    return open_sides(
+        [rest, dict(rest, pressure=2, region=ball)],
+        [{"type": "outflow", "side": side}
+         for side in ("x_lower", "x_upper", "y_lower", "y_upper")],
+        cells, end)
+
+
 SMOOTH = {"method.blend": 0.1,
           "method.blend_in_compression": 5}
 PLACEMENTS = [{"particles.placement": p} for p in ("lattice", "random")]
@@ -557,6 +616,22 @@ CASES = [
          {f"max |v|/c, {run['boundary'][-1]['name']}, "
           f"{run['particles.placement']}": at_most(0.02, EQUILIBRIUM)
           for run in corners([48, 48], 20)}),
+    # Gas that leaves slower than sound, and none that comes back.
+    Case("slow_stream", "2D", "gas_at_rest_2d", "Mach .06 to an outflow",
+         slow_stream, slow_streams([48, 48], 10), slow_streams([16, 16], 5),
+         {f"{label}, {p['particles.placement']}, {n}²": bound
+          for p in PLACEMENTS for n, source in ((16, COARSE),
+                                                (48, EQUILIBRIUM))
+          for label, bound in (
+              ("last eighth", about(1, 0.05, source)),
+              ("max error of rho/rho0", at_most(1e-6, source)))}),
+    Case("open_box", "2D", "gas_at_rest_2d", "a hot ball between outflows",
+         open_box, hot_balls([48, 48], 12), hot_balls([24, 24], 3),
+         {f"{label}, {p['particles.placement']}, {n}²": bound
+          for p in PLACEMENTS for n, source in ((24, COARSE),
+                                                (48, "outflows are valves"))
+          for label, bound in (("mass kept", at_least(0.75, source)),
+                               ("max |v|/c", at_most(0.05, source)))}),
     Case("buoyancy", "2D", "buoyancy", "a ball in a gas that stands", buoyancy,
          [dict(p, **s) for s in square(32, 64, 128) for p in PLACEMENTS],
          square(24),
