@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 namespace fs = std::filesystem;
@@ -193,6 +194,25 @@ void makeDirectory( const fs::path& directory )
     if ( error )
         throw IoError( directory, "cannot create the directory",
                        error.value() );
+}
+
+DirectoryLock::DirectoryLock( const fs::path& directory )
+    : _file( ::open( directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC ) )
+{
+    if ( _file < 0 || ::flock( _file, LOCK_EX | LOCK_NB ) == 0 ||
+         errno != EWOULDBLOCK )
+        return;
+    ::close( _file );
+    throw IoError( fmt::format(
+        "{}: another run or study is writing there; wait until it has ended, "
+        "or choose another directory with --output DIR",
+        directory.string() ) );
+}
+
+DirectoryLock::~DirectoryLock()
+{
+    if ( _file >= 0 )
+        ::close( _file );
 }
 
 } // namespace Machpoint

@@ -137,6 +137,35 @@ void removeFile( const std::filesystem::path& file );
 //! Makes a directory and its parents. \throws IoError
 void makeDirectory( const std::filesystem::path& directory );
 
+/*!
+  \brief Keeps other programs that lock a directory out of it, and is gone with
+  this one, however that ends. One rank.
+
+  It leaves nothing in the directory. File systems without locks (flock(2)) are
+  believed to be free.
+*/
+class DirectoryLock
+{
+  public:
+    //! Of no directory.
+    DirectoryLock() = default;
+    //! \param directory which exists \throws IoError another lock holds it
+    explicit DirectoryLock( const std::filesystem::path& directory );
+    DirectoryLock( DirectoryLock&& other ) noexcept
+        : _file( std::exchange( other._file, -1 ) )
+    {
+    }
+    DirectoryLock& operator=( DirectoryLock&& other ) noexcept
+    {
+        std::swap( _file, other._file );
+        return *this;
+    }
+    ~DirectoryLock();
+
+  private:
+    int _file = -1;
+};
+
 } // namespace Machpoint
 
 #endif

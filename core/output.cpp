@@ -87,7 +87,7 @@ void removeFormerRun( const fs::path& directory )
 }
 
 //! Makes the directory or takes an existing one, on the root.
-void takeDirectory( const fs::path& directory, const FormerRun former )
+DirectoryLock takeDirectory( const fs::path& directory, const FormerRun former )
 {
     if ( former == FormerRun::refuse )
         for ( const auto* name :
@@ -102,11 +102,13 @@ void takeDirectory( const fs::path& directory, const FormerRun former )
         }
 
     makeDirectory( directory );
+    DirectoryLock lock( directory );
     const auto probe = directory / "machpoint_probe";
     writeFile( probe, "probe", 5 );
     removeFile( probe );
     if ( former == FormerRun::replace )
         removeFormerRun( directory );
+    return lock;
 }
 
 //---------------------------------------------------------------------------//
@@ -209,7 +211,7 @@ OutputDirectory::OutputDirectory( const fs::path& directory,
     if ( needs_fields )
         requireHdf5( _ranks );
     require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
-    onRoot( _ranks, [&] { takeDirectory( directory, former ); } );
+    onRoot( _ranks, [&] { _lock = takeDirectory( directory, former ); } );
 }
 
 void OutputDirectory::writeText( const fs::path& name,

@@ -11,6 +11,7 @@
 
 #include <core/archive.hpp>
 #include <core/communicator.hpp>
+#include <core/file.hpp>
 #include <core/hdf5_file.hpp>
 
 #include <cstdint>
@@ -50,7 +51,7 @@ class OutputDirectory
       \brief Creates the directory and its parents, or takes an existing one.
 
       Nothing but a probe file is written, so that a wrong path shows before
-      the run starts.
+      the run starts. Other runs are kept out of it as long as this exists.
 
       \param[in] directory Where the run writes.
       \param[in] former What to do with what a former run wrote there.
@@ -58,8 +59,9 @@ class OutputDirectory
       \param[in] needs_fields Will particles or grids be written? Without them a
       build without HDF5 can run, too.
       \param[in] compression Of the HDF5 files: 0 (none) to 9.
-      \throws IoError If the directory holds another run, cannot be made or
-      written to, or if this build lacks HDF5 (several ranks: a parallel one).
+      \throws IoError If the directory holds another run, or one is writing
+      there, if it cannot be made or written to, or if this build lacks HDF5
+      (several ranks: a parallel one).
     */
     OutputDirectory( const std::filesystem::path& directory, FormerRun former,
                      int dimension, bool needs_fields = true,
@@ -148,6 +150,7 @@ class OutputDirectory
 
     Communicator _ranks;
     std::filesystem::path _directory;
+    DirectoryLock _lock; // of the root
     int _dimension;
     int _compression;
     Entries _particle_entries; // XDMF of the outputs so far, by step

@@ -116,6 +116,7 @@ class Laboratory
         : _study( study ), _folder( folder )
     {
         makeDirectory( folder / "runs" );
+        _lock = DirectoryLock( folder );
         readFormer();
         for ( auto run : study.reference_run )
         {
@@ -477,6 +478,7 @@ class Laboratory
 
     const Study& _study;
     fs::path _folder;
+    DirectoryLock _lock;
     ProcessGuard _guard;
     std::vector<StudyRow> _rows;
     std::optional<StudyRow> _reference;

@@ -5,6 +5,7 @@ that a run takes hundredths of a second; what they measure is not under test.
 """
 
 import csv
+import fcntl
 import json
 import math
 import os
@@ -368,6 +369,16 @@ class Interrupted(StudyTest):
             result = self.study(path, code=IO_FAILURE)
             self.assertIn(str(file), result.stderr)
             self.assertEqual(file.read_text(), text)
+
+    def test_two_studies_do_not_share_a_directory(self):
+        path = self.write(vary=MATRIX)
+        self.output.mkdir()
+        held = os.open(self.output, os.O_RDONLY)
+        fcntl.flock(held, fcntl.LOCK_EX)
+        result = self.study(path, code=IO_FAILURE)
+        self.assertIn(f"{self.output}: another run or study", result.stderr)
+        os.close(held)
+        self.study(path)
 
 
 class Wrong(StudyTest):

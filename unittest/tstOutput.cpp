@@ -399,6 +399,26 @@ TEST_F( Output, OverwriteRemovesWhatARunWroteAndNothingElse )
     EXPECT_EQ( tree( _scratch ), both );
 }
 
+TEST_F( Output, TwoRunsDoNotShareADirectory )
+{
+    for ( const auto former : { FormerRun::replace, FormerRun::go_on } )
+    {
+        {
+            OutputDirectory output( _scratch, FormerRun::replace, 2 );
+            writeSmallRun( output, 2 );
+            const auto message =
+                messageOf( [&] { OutputDirectory( _scratch, former, 2 ); } );
+            EXPECT_NE( message.find( _scratch.string() ), std::string::npos );
+            EXPECT_NE( message.find( "is writing there" ), std::string::npos )
+                << message;
+            EXPECT_EQ( tree( _scratch ), small_run );
+        }
+        // It is free again.
+        OutputDirectory( _scratch, FormerRun::replace, 2 );
+        EXPECT_EQ( tree( _scratch ), std::set<std::string>() );
+    }
+}
+
 TEST_F( Output, APathBelowAFileIsAnError )
 {
     std::ofstream( _scratch / "file" ) << "mine";
