@@ -81,7 +81,7 @@ std::vector<Section> catalogue()
     return { { "input",
                { inputParameters( 0 ), find( "grid" ), find( "particles" ),
                  find( "time" ), find( "output" ), find( "checkpoint" ),
-                 studyParameters() } },
+                 find( "decomposition" ), studyParameters() } },
              { "method",
                { method( Paper::name, Paper::summary ),
                  method( Apic::name, Apic::summary ),
@@ -97,14 +97,24 @@ std::vector<Section> catalogue()
              { "exact solution", exactFamily().members( 0 ) } };
 }
 
-void listAll()
+//! Those of one section, by its first word; empty: all.
+//! \return is there any?
+bool listEntries( const std::string& key )
 {
+    bool found = false;
     for ( const auto& section : catalogue() )
         for ( const auto& entry : section.entries )
-            fmt::print( "{:<16} {:<22} {}\n", section.title, entry.name(),
-                        entry.summary() );
+            if ( key.empty() ||
+                 key == section.title.substr( 0, section.title.find( ' ' ) ) )
+            {
+                fmt::print( "{:<16} {:<22} {}\n", section.title, entry.name(),
+                            entry.summary() );
+                found = true;
+            }
+    return found;
 }
 
+//! What the catalogue knows by a name, or what there is of an input's key.
 void describeByName( const std::string& name )
 {
     std::vector<std::string> names;
@@ -120,7 +130,7 @@ void describeByName( const std::string& name )
             fmt::print( "{}", describe( entry ) );
             found = true;
         }
-    if ( found )
+    if ( found || listEntries( name ) )
         return;
     const auto near = nearest( name, names );
     throw InputError( { fmt::format(
@@ -193,7 +203,7 @@ int execute( const Communicator& ranks, const CLI::App& app,
         fmt::print( "{}: ok\n", file );
     }
     else if ( app.got_subcommand( "list" ) )
-        listAll();
+        listEntries( "" );
     else if ( app.got_subcommand( "describe" ) )
         describeByName( file );
     else

@@ -518,6 +518,17 @@ class Usage(CommandLineTest):
         for part in ["gamma", "> 1", "1.4", "Toro"]:
             self.assertIn(part, text)
 
+    def test_keys_of_an_input_are_described(self):
+        for key, name in [("method", "apic"), ("basis", "cubic"),
+                          ("physics", "gravity"), ("boundary", "outflow"),
+                          ("initial", "blast"), ("exact", "riemann")]:
+            result = machpoint("describe", key)
+            self.assertEqual(result.returncode, FINISHED, result.stderr)
+            self.assertIn(f" {name} ", result.stdout)
+            for line in result.stdout.splitlines():
+                self.assertEqual(line.split()[0], key)
+        self.assertIn("ranks", machpoint("describe", "decomposition").stdout)
+
     def test_describe_suggests(self):
         result = machpoint("describe", "artifical_viscosity")
         self.assertCode(result, WRONG_INPUT)
