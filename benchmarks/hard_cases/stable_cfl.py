@@ -41,7 +41,8 @@ def attempt(work, name, integrator, cfl):
     broken = [text for text in broken_invariants(run, 100000)
               if "total energy" not in text]
     good = not broken and run.summary["retries"] == 0
-    return good, run.error() if run.summary else math.inf
+    # A run that broke down has a summary, but no errors.
+    return good, run.error() if run.summary.get("errors") else math.inf
 
 
 def largest(work, name, integrator):
