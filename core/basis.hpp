@@ -209,11 +209,9 @@ struct Stencil
         {
             const Real h = grid.spacing[d];
             const Number place = ( x[d] - grid.lower[d] ) * grid.inverse[d];
-            const int first = layout.box.begin[d] - layout.reach[d];
-            const int last = layout.box.end[d] - 1 + layout.reach[d];
             const Number c = clip( Number( Kokkos::floor( place ) ),
-                                   Number( static_cast<Real>( first ) ),
-                                   Number( static_cast<Real>( last ) ) );
+                                   Number( layout.first_cell[d] ),
+                                   Number( layout.last_cell[d] ) );
             const Number f = place - c;
             fraction[d] = f;
             Basis::weights( f, w[d] );
@@ -223,7 +221,7 @@ struct Stencil
                 dw[d][k] *= grid.inverse[d];
                 dx[d][k] = Basis::offset( f, k ) * h;
             }
-            const Real shift = Basis::first( 0 ) - layout.lowest( d );
+            const Real shift = Basis::first( 0 ) - layout.first_node[d];
             advance( base, c + shift, layout.stride[d] );
         }
     }

@@ -165,6 +165,11 @@ struct NodeLayout
     Indices<Dim> halo{};   //!< layers of nodes beyond those of the box's cells
     Indices<Dim> period{}; //!< cells until nodes repeat themselves; 0: never
     Indices<Dim> reach{}; //!< cells beyond the box from which particles scatter
+    //! \name As numbers, which packs compare and add
+    //! @{
+    Vector<Dim> first_cell{}, last_cell{}; //!< from which particles scatter
+    Vector<Dim> first_node{};              //!< the first that is stored
+    //! @}
     int total = 0;        //!< number of stored nodes
     bool centred = false; //!< nodes at cell centres rather than vertices
 
@@ -195,6 +200,9 @@ struct NodeLayout
         for ( int d = 0; d < Dim; ++d )
         {
             halo[d] = halo_width + reach[d] + margin[d];
+            first_cell[d] = static_cast<Real>( box.begin[d] - reach[d] );
+            last_cell[d] = static_cast<Real>( box.end[d] - 1 + reach[d] );
+            first_node[d] = static_cast<Real>( lowest( d ) );
             owned[d] = box.cells( d ) + ( box.end[d] == cells[d] ? vertex : 0 );
             extent[d] = box.cells( d ) + vertex + 2 * halo[d];
             stride[d] = static_cast<int>( rows );

@@ -197,7 +197,6 @@ struct ColumnRow<8>
         LaneInteger;
 };
 
-#ifndef MACHPOINT_PAIRS_ARE_NEIGHBOURS
 //! x in all places.
 template <int Width>
 KOKKOS_FORCEINLINE_FUNCTION auto rowOf( const Real x )
@@ -211,6 +210,7 @@ KOKKOS_FORCEINLINE_FUNCTION auto rowOf( const Real x )
         return Row{ x, x, x, x, x, x, x, x };
 }
 
+#ifndef MACHPOINT_PAIRS_ARE_NEIGHBOURS
 //! Puts x into some places of a row. \tparam Bits 1 << c for each place c
 template <int Width, int Bits>
 KOKKOS_FORCEINLINE_FUNCTION auto
@@ -242,6 +242,24 @@ KOKKOS_FORCEINLINE_FUNCTION void forEachConstant( const Visitor& visit )
         ( visit( std::integral_constant<int, I>() ), ... );
     }
     ( std::make_integer_sequence<int, N>() );
+}
+
+//! Calls visit with the first `count` lanes. Where there are four the compiler
+//! knows them: it takes longer to find a lane's numbers than to add them.
+template <class Visitor>
+KOKKOS_FORCEINLINE_FUNCTION void forEachLane( const int count,
+                                              const Visitor& visit )
+{
+    if constexpr ( lane_count <= 4 )
+        forEachConstant<lane_count>(
+            [&]( const auto l ) MACHPOINT_INLINE
+            {
+                if ( l < count )
+                    visit( l );
+            } );
+    else
+        for ( int l = 0; l < count; ++l )
+            visit( l );
 }
 
 //! Some of the terms: Count of them from First on.
@@ -362,6 +380,23 @@ joinedRow( const PairsInMemory ( &pairs )[Pairs], const int l )
 #endif
 }
 
+//! A number of every lane in memory, where nothing asks for a second one.
+struct NumberInMemory
+{
+    alignas( Lanes ) Real number[lane_count];
+
+    KOKKOS_FORCEINLINE_FUNCTION void set( const Lanes& a, const Lanes& )
+    {
+        std::memcpy( number, static_cast<const void*>( &a ), sizeof( number ) );
+    }
+};
+template <int Width, int>
+KOKKOS_FORCEINLINE_FUNCTION auto choiceOf( const NumberInMemory& numbers,
+                                           const int l )
+{
+    return rowOf<Width>( numbers.number[l] );
+}
+
 //! The places, as bits, whose weights along an axis are others.
 template <class Terms>
 constexpr int placesAlong( const int axis )
@@ -427,9 +462,10 @@ class [[nodiscard]] ProductRows
         std::memcpy( _row, s.base.row, sizeof( _row ) );
         for ( int d = 0; d < Dim; ++d )
             _stride[d] = layout.stride[d] * _columns;
-        for ( int d = 0; d < plane_axes; ++d )
-            for ( int i = 0; i < n; ++i )
-                _weights[d][i].set( s.w[d][i], other[d][i] );
+        for ( int i = 0; i < n; ++i )
+            _along[i].set( s.w[0][i], other[0][i] );
+        for ( int j = 0; j < ny; ++j )
+            _across[j].set( s.w[Dim > 1][j], other[Dim > 1][j] );
         MACHPOINT_KEEP_LOOP
         for ( int k = 0; k < nz; ++k )
         {
@@ -505,57 +541,165 @@ class [[nodiscard]] ProductRows
                 }
             };
             int current = _row[0];
-            for ( int l = 0; l < count; ++l )
-            {
-                Row value = joinedRow<Width, ( 1 << Terms::count ) - 1>(
-                    _values[k], l );
-                Row step[2]{};
-                if constexpr ( grows )
-                    for ( int d = 0; d < plane_axes; ++d )
-                        step[d] = joinedRow<Width, slopes>( _steps[k][d], l );
-                Row w[plane_axes][n];
-                forEachConstant<plane_axes>(
-                    [&]( const auto d ) MACHPOINT_INLINE
-                    {
-                        for ( int i = 0; i < n; ++i )
-                            w[d][i] = choiceOf<Width, placesAlong<Terms>( d )>(
-                                _weights[d][i], l );
-                    } );
-                const int row = _row[l];
-                if ( row != current )
+            forEachLane(
+                count,
+                [&]( const int l ) MACHPOINT_INLINE
                 {
-                    flush( current );
-                    current = row;
-                }
-                for ( int j = 0; j < ny; ++j )
-                {
-                    Row term = value;
-                    Row step_on = step[0];
-                    if constexpr ( Dim > 1 )
+                    Row value = joinedRow<Width, ( 1 << Terms::count ) - 1>(
+                        _values[k], l );
+                    Row step[2]{};
+                    if constexpr ( grows )
+                        for ( int d = 0; d < plane_axes; ++d )
+                            step[d] =
+                                joinedRow<Width, slopes>( _steps[k][d], l );
+                    Row along[n], across[ny];
+                    for ( int i = 0; i < n; ++i )
+                        along[i] = choiceOf<Width, placesAlong<Terms>( 0 )>(
+                            _along[i], l );
+                    for ( int j = 0; j < ny; ++j )
+                        across[j] = choiceOf<Width, placesAlong<Terms>( 1 )>(
+                            _across[j], l );
+                    const int row = _row[l];
+                    if ( row != current )
                     {
-                        term *= w[1][j];
-                        if constexpr ( grows )
+                        flush( current );
+                        current = row;
+                    }
+                    for ( int j = 0; j < ny; ++j )
+                    {
+                        Row term = value;
+                        Row step_on = step[0];
+                        if constexpr ( Dim > 1 )
                         {
-                            step_on *= w[1][j];
-                            value += step[1];
+                            term *= across[j];
+                            if constexpr ( grows )
+                            {
+                                step_on *= across[j];
+                                value += step[1];
+                            }
+                        }
+                        for ( int i = 0; i < n; ++i )
+                        {
+                            sums[j][i] += term * along[i];
+                            if constexpr ( grows )
+                                term += step_on;
                         }
                     }
-                    for ( int i = 0; i < n; ++i )
-                    {
-                        sums[j][i] += term * w[0][i];
-                        if constexpr ( grows )
-                            term += step_on;
-                    }
-                }
-            }
+                } );
             flush( current );
         }
     }
 
   private:
-    PairsInMemory _weights[plane_axes][n]; //!< and the others
+    //! Weights along an axis, and the others where terms ask for them.
+    template <int Axis>
+    using Weights = std::conditional_t<placesAlong<Terms>( Axis ) == 0,
+                                       NumberInMemory, PairsInMemory>;
+    Weights<0> _along[n];   //!< a line
+    Weights<1> _across[ny]; //!< lines
     PairsInMemory _values[nz][pairs];
     PairsInMemory _steps[nz][plane_axes][step_pairs];
+    Real* _start;
+    std::ptrdiff_t _columns;
+    std::ptrdiff_t _stride[Dim];
+    int _count;
+    int _row[lane_count];
+};
+
+/*!
+  \brief The same of a single term without slope: the nodes of a line in one
+  register, which takes as many fewer operations.
+*/
+template <class Terms, class Basis, int Dim>
+class [[nodiscard]] ProductLines
+{
+    static constexpr int n = Basis::nodes;
+    static constexpr int width = rowWidth( n );
+    using Line = typename ColumnRow<width>::Row;
+    static constexpr int ny = Dim > 1 ? n : 1;
+    static constexpr int nz = Dim > 2 ? n : 1;
+
+  public:
+    //! Is it for these terms?
+    static constexpr bool serves =
+        Terms::count == 1 && !Terms::isAffine( 0 ) && n <= width;
+
+    KOKKOS_FORCEINLINE_FUNCTION
+    ProductLines( const NodeScatter::Access& nodes, const Pack p,
+                  const Stencil<Basis, Dim, Lanes>& s,
+                  const NodeLayout<Dim>& layout,
+                  const Lanes ( &other )[Dim][Basis::nodes],
+                  const Products<Terms, Dim, Lanes>& terms )
+        : _start( nodes.sums + Terms::column( 0 ) ), _columns( nodes.columns ),
+          _count( p.count )
+    {
+        std::memcpy( _row, s.base.row, sizeof( _row ) );
+        for ( int d = 0; d < Dim; ++d )
+            _stride[d] = layout.stride[d] * _columns;
+        auto weight = [&]( const int d, const int i ) MACHPOINT_INLINE
+        {
+            return i >= n                  ? Lanes( 0.0 )
+                   : Terms::axis( 0 ) == d ? other[d][i]
+                                           : s.w[d][i];
+        };
+        for ( int q = 0; q < pairs; ++q )
+            _along[q].set( weight( 0, 2 * q ), weight( 0, 2 * q + 1 ) );
+        for ( int k = 0; k < nz; ++k )
+            for ( int j = 0; j < ny; ++j )
+            {
+                Lanes value = terms.value[0];
+                if constexpr ( Dim > 1 )
+                    value *= weight( 1, j );
+                if constexpr ( Dim > 2 )
+                    value *= weight( 2, k );
+                std::memcpy( _values[k][j], static_cast<const void*>( &value ),
+                             sizeof( Lanes ) );
+            }
+    }
+
+    KOKKOS_FORCEINLINE_FUNCTION void add() const
+    {
+        const std::ptrdiff_t columns = _columns;
+        const int count = _count;
+        MACHPOINT_KEEP_LOOP
+        for ( int k = 0; k < nz; ++k )
+        {
+            Real* const start = _start + ( Dim > 2 ? k * _stride[Dim - 1] : 0 );
+            Line sums[ny]{};
+            auto flush = [&]( const int row ) MACHPOINT_INLINE
+            {
+                for ( int j = 0; j < ny; ++j )
+                {
+                    Real* const line = start + row * columns +
+                                       ( Dim > 1 ? j * _stride[1 % Dim] : 0 );
+                    for ( int i = 0; i < n; ++i )
+                        line[i * columns] += sums[j][i];
+                    sums[j] = Line{};
+                }
+            };
+            int current = _row[0];
+            forEachLane( count,
+                         [&]( const int l ) MACHPOINT_INLINE
+                         {
+                             const int row = _row[l];
+                             if ( row != current )
+                             {
+                                 flush( current );
+                                 current = row;
+                             }
+                             const Line along =
+                                 joinedRow<width, ( 1 << n ) - 1>( _along, l );
+                             for ( int j = 0; j < ny; ++j )
+                                 sums[j] += along * _values[k][j][l];
+                         } );
+            flush( current );
+        }
+    }
+
+  private:
+    static constexpr int pairs = ( n + 1 ) / 2;
+    PairsInMemory _along[pairs]; //!< weights along the line
+    alignas( Lanes ) Real _values[nz][ny][lane_count]; //!< of a line
     Real* _start;
     std::ptrdiff_t _columns;
     std::ptrdiff_t _stride[Dim];
@@ -587,8 +731,11 @@ rowsOf( const NodeScatter::Access& nodes, const Pack p,
 {
     const auto& part = partOf<First>( terms );
     using Part = std::remove_cvref_t<decltype( part )>;
-    using Rows = ProductRows<rowWidth( Part::width ), typename Part::terms_type,
-                             Basis, Dim>;
+    using PartTerms = typename Part::terms_type;
+    using Lines = ProductLines<PartTerms, Basis, Dim>;
+    using Rows = std::conditional_t<
+        Lines::serves, Lines,
+        ProductRows<rowWidth( Part::width ), PartTerms, Basis, Dim>>;
     if constexpr ( First + most_terms < Terms::count )
     {
         using Others = decltype( rowsOf<First + most_terms>(
