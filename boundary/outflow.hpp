@@ -47,9 +47,11 @@ void markBeyond( State<Dim>& state, const SidePart<Dim>& part )
 /*!
   \brief Outflow: exact for supersonic flow, weakly reflecting for subsonic.
 
-  A valve: particles beyond the side are removed, and gas does not come back, as
-  nobody knows which. The nodes next to the side lose what velocity they
-  have into the domain, v_n = min(v_n, 0) with n inwards, as on a wall.
+  Particles beyond the side are removed, and gas does not come back, as nobody
+  knows which. The side is a valve: nodes next to it lose what velocity they
+  have into the domain, v_n = min(v_n, 0) with n inwards, as on a wall. Without
+  `valve` they are free, and a gap opens behind gas that moves in: so it must
+  where this recedes faster than it can expand, 2 c / (gamma - 1).
 */
 template <int Dim>
 class Outflow : public SideBoundary<Dim>
@@ -64,17 +66,25 @@ class Outflow : public SideBoundary<Dim>
                       "beyond the side",
                       dimension );
         SideBoundary<Dim>::declareSide( p );
+        p.boolean( "valve", "does the side hold gas that would move in? false "
+                            "where it recedes faster than it expands" )
+            .defaultsTo( true );
         return p;
     }
 
-    explicit Outflow( const Json& json ) : SideBoundary<Dim>( json ) {}
+    explicit Outflow( const Json& json )
+        : SideBoundary<Dim>( json ), _is_valve( json.at( "valve" ) )
+    {
+    }
 
     static std::vector<SideClaim> sides( const Json& entry )
     {
         return { { sideNumber( entry.at( "side" ) ), SideKind::open } };
     }
-    static GasState beyond( const Json&, int side, GasState gas )
+    static GasState beyond( const Json& entry, int side, GasState gas )
     {
+        if ( !entry.at( "valve" ) )
+            return gas;
         auto& v = gas.velocity[side / 2];
         v = side % 2 ? std::max( v, 0.0 ) : std::min( v, 0.0 );
         return gas;
@@ -88,6 +98,8 @@ class Outflow : public SideBoundary<Dim>
 
     void layOut( State<Dim>& state ) override
     {
+        if ( !_is_valve )
+            return;
         const auto part = this->_part;
         const auto grid = state.grid;
         // On the side, or half a cell from it.
@@ -116,7 +128,8 @@ class Outflow : public SideBoundary<Dim>
     }
 
   private:
-    IndexList _nodes; // next to the side, or beyond
+    bool _is_valve;
+    IndexList _nodes; // of a valve: next to the side, or beyond
 };
 
 } // namespace Machpoint
