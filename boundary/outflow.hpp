@@ -52,6 +52,13 @@ void markBeyond( State<Dim>& state, const SidePart<Dim>& part )
   have into the domain, v_n = min(v_n, 0) with n inwards, as on a wall. Without
   `valve` they are free, and a gap opens behind gas that moves in: so it must
   where this recedes faster than it can expand, 2 c / (gamma - 1).
+
+  With a `pressure` the gas beyond is known. What leaves slower than sound, u
+  outwards, then goes over to the velocity that the two characteristics of the
+  side allow, u' = u_far + (p - p_far) / (rho c) from 0 to c, within the time
+  that sound takes through a cell: the wave that leaves finds what it would find
+  beyond, and the one that enters is that of the far gas (Thompson 1987, J.
+  Comput. Phys. 68, 1).
 */
 template <int Dim>
 class Outflow : public SideBoundary<Dim>
@@ -69,12 +76,23 @@ class Outflow : public SideBoundary<Dim>
         p.boolean( "valve", "does the side hold gas that would move in? false "
                             "where it recedes faster than it expands" )
             .defaultsTo( true );
+        p.number( "pressure", "of the gas far beyond, which holds back what "
+                              "leaves slower than sound" )
+            .unit( "pressure" )
+            .above( 0 )
+            .optional();
+        p.number( "velocity", "of the gas far beyond, out of the domain" )
+            .unit( "length/time" )
+            .defaultsTo( 0 );
         return p;
     }
 
     explicit Outflow( const Json& json )
-        : SideBoundary<Dim>( json ), _is_valve( json.at( "valve" ) )
+        : SideBoundary<Dim>( json ), _is_valve( json.at( "valve" ) ),
+          _far_velocity( json.at( "velocity" ) )
     {
+        if ( json.contains( "pressure" ) )
+            _far_pressure = json.at( "pressure" );
     }
 
     static std::vector<SideClaim> sides( const Json& entry )
@@ -89,7 +107,58 @@ class Outflow : public SideBoundary<Dim>
         v = side % 2 ? std::max( v, 0.0 ) : std::min( v, 0.0 );
         return gas;
     }
+    static std::string fault( const Json& entry, const MethodFacts& )
+    {
+        return entry.at( "velocity" ) == 0 || entry.contains( "pressure" )
+                   ? ""
+                   : "/velocity: is that of gas far beyond, so it needs a "
+                     "pressure, too";
+    }
     bool isOpen() const override { return true; }
+
+    //! Of the cells next to the side.
+    bool particleSource( State<Dim>& state ) override
+    {
+        if ( _far_pressure == 0 )
+            return false;
+        const auto x = state.particles.template slice<Position>();
+        const auto v = state.particles.template slice<Velocity>();
+        const auto m = state.particles.template slice<Mass>();
+        const auto V = state.particles.template slice<Volume>();
+        const auto pressure = state.particles.template slice<Pressure>();
+        const auto sound_speed = state.particles.template slice<SoundSpeed>();
+        const auto grid = state.grid;
+        const auto part = this->_part;
+        const int axis = part.axis();
+        const Real h = grid.spacing[axis];
+        const Real outwards = part.upper() ? 1.0_rt : -1.0_rt;
+        const Real far_pressure = _far_pressure;
+        const Real far_velocity = _far_velocity;
+        const Real dt = static_cast<Real>( state.dt );
+        ReproducibleSum work;
+        reduceEach(
+            "Machpoint::farGas", state.particles.size(), few_particles,
+            MACHPOINT_LAMBDA( const int p, ReproducibleSum& sum ) {
+                const auto y = loadVector<Dim>( x, p );
+                const Real depth = part.depth( grid, y );
+                const Real u = outwards * v( p, axis );
+                const Real c = sound_speed( p );
+                if ( depth < 0 || depth >= h || u <= 0 || u >= c ||
+                     !part.contains( grid, y ) )
+                    return;
+                const Real impedance = m( p ) / V( p ) * c;
+                const Real wanted = Kokkos::clamp(
+                    far_velocity + ( pressure( p ) - far_pressure ) / impedance,
+                    0.0_rt, c );
+                const Real kept = Kokkos::max( 0.0_rt, 1 - dt * c / h );
+                const Real next = wanted + kept * ( u - wanted );
+                v( p, axis ) = outwards * next;
+                sum += 0.5_rt * m( p ) * ( next * next - u * u );
+            },
+            work );
+        state.ledger.energy_in += work;
+        return false; // slower than sound, so as sound as before
+    }
 
     void applyToParticles( State<Dim>& state ) override
     {
@@ -129,6 +198,8 @@ class Outflow : public SideBoundary<Dim>
 
   private:
     bool _is_valve;
+    Real _far_pressure = 0; // 0: not known
+    Real _far_velocity;
     IndexList _nodes; // of a valve: next to the side, or beyond
 };
 

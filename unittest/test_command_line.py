@@ -328,6 +328,10 @@ def chosen_mutations():
                   boundary(1, type="slip_wall"))
     yield changed("translation.json", "/boundary",
                   boundary(2, type="outflow"))
+    yield changed("toro2.json", "/boundary/1/velocity",
+                  boundary(1, velocity=1))
+    yield changed("toro2.json", "/boundary/1/pressure",
+                  boundary(1, pressure=0))
     yield changed("translation.json", "/particles/per_cell",
                   lambda d: d["particles"].update(per_cell=5))
     yield changed("cylinder_mach3.json", "/boundary/0/velocity",

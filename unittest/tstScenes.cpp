@@ -398,6 +398,90 @@ TEST( OpenScene, outflowsWithoutValveLetGasGo )
         }
 }
 
+// A stream that meets another pressure beyond sends back the wave that its own
+// characteristic and that of the far gas make: p = 1 + dp / 2 and u = .3 - dp /
+// (2 rho c), for small dp, and a stream that meets its own goes on as it was.
+TEST( OpenScene, farGasSendsItsWave )
+{
+    for ( const auto& basis : bases )
+        for ( const bool upper : { false, true } )
+            for ( const double excess : { -0.1, 0.0, 0.1 } )
+            {
+                const double u = upper ? 0.3 : -0.3;
+                auto input =
+                    box( 1, 100, 4, "conservative", basis, "slip_wall" );
+                input["initial"][0]["velocity"] = { u };
+                input["boundary"][upper] = {
+                    { "type", "outflow" },
+                    { "side", upper ? "x_upper" : "x_lower" },
+                    { "pressure", 1 + excess },
+                    { "velocity", 0.3 } };
+                input["boundary"][!upper] =
+                    inflow( upper ? "x_lower" : "x_upper", { u } );
+                auto run = simulate( input );
+                advanceTo( *run, 0.5 );
+                const auto data = run->particleData();
+                Real pressure = 0, velocity = 0, mass = 0;
+                for ( std::size_t p = 0; p < data.mass.size(); ++p )
+                {
+                    const Real x = data.position[p];
+                    const Real depth = upper ? 1 - x : x;
+                    if ( depth < 0.05 || depth > 0.25 )
+                        continue;
+                    mass += data.mass[p];
+                    pressure += data.mass[p] * data.pressure[p];
+                    velocity += data.mass[p] * data.velocity[p];
+                }
+                const auto label =
+                    fmt::format( "{} {} {}", basis, upper, excess );
+                const Real bound = tolerance( excess == 0 ? 1e-6 : 0.004 );
+                EXPECT_NEAR( pressure / mass, 1 + excess / 2, bound ) << label;
+                EXPECT_NEAR( ( upper ? 1 : -1 ) * velocity / mass,
+                             0.3 - excess / 2.8, bound )
+                    << label;
+            }
+}
+
+// Of waves that leave a box of gas at rest a far gas sends back less than a
+// tenth, and less than comes back where nobody knows the gas beyond.
+TEST( OpenScene, farGasLetsWavesPass )
+{
+    for ( const auto& basis : bases )
+        for ( const auto& placement : { "lattice", "random" } )
+        {
+            Real left[2];
+            for ( const bool known : { false, true } )
+            {
+                auto input = box( 1, 100, 4, "conservative", basis, "outflow" );
+                addViscosity( input );
+                input["particles"]["placement"] = placement;
+                auto ball = input["initial"][0];
+                ball["pressure"] = 2;
+                ball["region"] = { { "type", "sphere" },
+                                   { "center", { 0.5 } },
+                                   { "radius", 0.1 } };
+                input["initial"].push_back( ball );
+                if ( known )
+                    for ( auto& entry : input["boundary"] )
+                        entry["pressure"] = 1;
+                auto run = simulate( input );
+                advanceTo( *run, 2 );
+                const auto data = run->particleData();
+                Real mean = 0, volume = 0;
+                for ( std::size_t p = 0; p < data.mass.size(); ++p )
+                {
+                    const Real V = data.mass[p] / data.density[p];
+                    mean += V * data.pressure[p];
+                    volume += V;
+                }
+                left[known] = std::abs( mean / volume - 1 );
+            }
+            const auto label = fmt::format( "{} {}", basis, placement );
+            EXPECT_LT( left[1], 0.02 ) << label;
+            EXPECT_LT( left[1], left[0] ) << label;
+        }
+}
+
 // The same on both sides, wherever rounding puts their nodes.
 TEST( OpenScene, outflowsAreAlikeOnBothSides )
 {

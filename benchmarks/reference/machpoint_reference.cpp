@@ -51,6 +51,13 @@ void checkSupported( const Json& input, const Options& options )
                     "/{}/{}/type: machpoint_reference has no {}; it has {}",
                     list, k, type, fmt::join( supported, ", " ) ) );
         }
+    for ( std::size_t k = 0; k < input.at( "boundary" ).size(); ++k )
+        if ( const auto& entry = input.at( "boundary" ).at( k );
+             entry.at( "type" ) == "outflow" && entry.contains( "pressure" ) )
+            errors.push_back( fmt::format(
+                "/boundary/{}/pressure: machpoint_reference has no far gas, "
+                "beyond its outflows the last cell's goes on",
+                k ) );
     for ( int d = 0; d < dim; ++d )
         if ( input.at( "grid" ).at( "cells" ).at( d ).get<int>() <
              ghost_layers )
