@@ -531,13 +531,14 @@ def slow_streams(cells, end):
          {"type": "slip_wall", "side": "y_upper"}], cells, end)
 
 
-def hot_balls(cells, end):
+def hot_balls(cells, end, **beyond):
+    """A hot ball between outflows, which may know the gas beyond them."""
     rest = {"type": "uniform", "density": 1.4, "velocity": [0, 0],
             "pressure": 1}
     ball = {"type": "sphere", "center": [0.5, 0.5], "radius": 0.2}
     return open_sides(
         [rest, dict(rest, pressure=2, region=ball)],
-        [{"type": "outflow", "side": side}
+        [dict(beyond, type="outflow", side=side)
          for side in ("x_lower", "x_upper", "y_lower", "y_upper")],
         cells, end)
 
@@ -631,6 +632,14 @@ CASES = [
           for p in PLACEMENTS for n, source in ((24, COARSE),
                                                 (48, "outflows are valves"))
           for label, bound in (("mass kept", at_least(0.75, source)),
+                               ("max |v|/c", at_most(0.05, source)))}),
+    Case("far_gas", "2D", "gas_at_rest_2d", "the same, a far gas at rest beyond",
+         open_box, hot_balls([48, 48], 12, pressure=1),
+         hot_balls([24, 24], 3, pressure=1),
+         {f"{label}, {p['particles.placement']}, {n}²": bound
+          for p in PLACEMENTS for n, source in (
+              (24, COARSE), (48, "finite volumes keep 0.91"))
+          for label, bound in (("mass kept", at_least(0.8, source)),
                                ("max |v|/c", at_most(0.05, source)))}),
     Case("buoyancy", "2D", "buoyancy", "a ball in a gas that stands", buoyancy,
          [dict(p, **s) for s in square(32, 64, 128) for p in PLACEMENTS],
