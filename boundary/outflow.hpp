@@ -101,10 +101,14 @@ class Outflow : public SideBoundary<Dim>
     }
     static GasState beyond( const Json& entry, int side, GasState gas )
     {
-        if ( !entry.at( "valve" ) )
-            return gas;
         auto& v = gas.velocity[side / 2];
-        v = side % 2 ? std::max( v, 0.0 ) : std::min( v, 0.0 );
+        if ( entry.contains( "pressure" ) )
+        {
+            gas.pressure = entry.at( "pressure" );
+            v = ( side % 2 ? 1 : -1 ) * entry.at( "velocity" ).get<double>();
+        }
+        if ( entry.at( "valve" ) )
+            v = side % 2 ? std::max( v, 0.0 ) : std::min( v, 0.0 );
         return gas;
     }
     static std::string fault( const Json& entry, const MethodFacts& )

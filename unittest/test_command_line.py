@@ -859,6 +859,13 @@ class Warnings(unittest.TestCase):
                                  "the pressure, .*artificial_viscosity")
         line, = self.warnings("sod", self.BARE)
         self.assertIn("near (0.495) sends off a shock, 3.03 times", line)
+        # A far gas that pushes, and one that goes on as the stream does.
+        line, = self.warnings("moving_contact", self.BARE,
+                              "boundary.1.pressure=9")
+        self.assertIn("sends off a shock", line)
+        self.assertEqual(self.warnings(
+            "moving_contact", self.BARE, "boundary.1.pressure=1",
+            "boundary.1.velocity=0.1"), [])
 
     def test_no_shock_no_warning(self):
         for name, *assignments in [
