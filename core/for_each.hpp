@@ -15,7 +15,9 @@
 
 #include <core/types.hpp>
 
+#include <numeric>
 #include <tuple>
+#include <vector>
 
 namespace Machpoint
 {
@@ -64,38 +66,36 @@ namespace Impl
 {
 //! A thread's turns on a CPU: compiled once, whoever calls it.
 template <class Turns>
-[[gnu::noinline]] void take( const Turns& turns, const int first,
-                             const int last )
+void take( const void* turns, const int first, const int last )
 {
-    turns( first, last );
+    ( *static_cast<const Turns*>( turns ) )( first, last );
 }
 
+/*!
+  \brief Calls take( turns, first, last ) for the parts of a loop on a CPU's
+  threads, and returns when all are done.
+
+  Kokkos' loop and all that belongs to it (copies of what a kernel has captured,
+  the words for profilers) would else be compiled for each kernel, and was a
+  quarter of the library.
+*/
+void shareTurns( const char* label, int count, int few, const void* turns,
+                 void ( *take )( const void*, int, int ) );
+
+//! A loop of a GPU.
 template <class Turns>
-struct Shares
+struct OneTurn
 {
     Turns turns;
-    //! \name On a CPU
-    //! @{
-    int count = 0;
-    int share = 0; //!< turns of a thread
-    //! @}
 
-    KOKKOS_FUNCTION void operator()( const int thread ) const
-    {
-        if constexpr ( runs_on_host )
-        {
-            const int first = Kokkos::min( thread * share, count );
-            take( turns, first, Kokkos::min( first + share, count ) );
-        }
-        else
-            turns( thread, thread + 1 );
-    }
+    KOKKOS_FUNCTION void operator()( const int i ) const { turns( i, i + 1 ); }
 };
 
 template <class Body>
 struct Turns
 {
-    Body body;
+    //! On a CPU the caller's, which is there until the loop is done.
+    std::conditional_t<runs_on_host, const Body&, const Body> body;
 
     KOKKOS_FORCEINLINE_FUNCTION void operator()( const int first,
                                                  const int last ) const
@@ -106,29 +106,14 @@ struct Turns
     }
 };
 
-//! A kernel that the host runs itself; profilers are told as of any other.
-//! \param begin,end Kokkos' functions that tell them
-template <class Begin, class End, class Kernel>
-void runHere( const char* label, Begin* begin, End* end, const Kernel& kernel )
+//! What a thread of a CPU found, in a cache line of its own.
+template <class Found>
+struct alignas( 64 ) Part
 {
-    static const std::uint32_t device =
-        Kokkos::Tools::Experimental::device_id( ExecutionSpace() );
-    const bool is_told = Kokkos::Tools::profileLibraryLoaded();
-    std::uint64_t id = 0;
-    if ( is_told )
-        begin( label, device, &id );
-    kernel();
-    if ( is_told )
-        end( id );
-}
+    Found found;
+};
 
-//! Are all turns of a loop the host's own?
-inline bool runsHere( const int count, const int few )
-{
-    return runs_on_host && shareOf( count, loopThreads(), few ) == count;
-}
-
-//! \name What a reduction begins with, and where it leaves what it found
+//! \name What a reduction begins with, adds up, and leaves
 //! \tparam Result a number or struct with +=, or a reducer of Kokkos
 //! @{
 template <class Result>
@@ -142,6 +127,15 @@ auto neutralOf( const Result& result )
     }
     else
         return Result{};
+}
+
+template <class Result, class Value>
+void joinTo( const Result& result, Value& value, const Value& part )
+{
+    if constexpr ( Kokkos::is_reducer<Result>::value )
+        result.join( value, part );
+    else
+        value += part;
 }
 
 template <class Result, class Value>
@@ -166,19 +160,10 @@ void forEachShare( const char* label, const int count,
                    [[maybe_unused]] const int few, const Turns& turns )
 {
     if constexpr ( runs_on_host )
-    {
-        const int threads = loopThreads();
-        const int share = shareOf( count, threads, few );
-        if ( share == count )
-            return Impl::runHere( label, &Kokkos::Tools::beginParallelFor,
-                                  &Kokkos::Tools::endParallelFor,
-                                  [&] { Impl::take( turns, 0, count ); } );
-        Kokkos::parallel_for( label, RangeOf<Blocks>( 0, threads ),
-                              Impl::Shares<Turns>{ turns, count, share } );
-    }
+        Impl::shareTurns( label, count, few, &turns, &Impl::take<Turns> );
     else
         Kokkos::parallel_for( label, RangeOf<Blocks>( 0, count ),
-                              Impl::Shares<Turns>{ turns } );
+                              Impl::OneTurn<Turns>{ turns } );
 }
 
 //! Calls body( i ) for i from 0 to count - 1, in parallel. \param few see above
@@ -200,25 +185,40 @@ template <class Body, class... Results>
 void reduceEach( const char* label, const int count, const int few,
                  const Body& body, Results&&... results )
 {
-    if ( !Impl::runsHere( count, few ) )
-        return Kokkos::parallel_reduce( label, Range( 0, count ), body,
-                                        results... );
     if constexpr ( runs_on_host )
-        Impl::runHere( label, &Kokkos::Tools::beginParallelReduce,
-                       &Kokkos::Tools::endParallelReduce,
-                       [&]
-                       {
-                           auto found =
-                               std::make_tuple( Impl::neutralOf( results )... );
-                           std::apply(
-                               [&]( auto&... values )
-                               {
-                                   for ( int i = 0; i < count; ++i )
-                                       body( i, values... );
-                                   ( Impl::assignTo( results, values ), ... );
-                               },
-                               found );
-                       } );
+    {
+        const int share = shareOf( count, loopThreads(), few );
+        const auto neutral = std::make_tuple( Impl::neutralOf( results )... );
+        std::vector<Impl::Part<std::decay_t<decltype( neutral )>>> parts(
+            loopThreads(), { neutral } );
+        forEachShare( label, count, few,
+                      [&]( const int first, const int last )
+                      {
+                          Own<Body> own = body;
+                          auto found = neutral;
+                          std::apply(
+                              [&]( auto&... values )
+                              {
+                                  for ( int i = first; i < last; ++i )
+                                      own( i, values... );
+                              },
+                              found );
+                          parts[first / share].found = found;
+                      } );
+        std::apply(
+            [&]( auto&... sums )
+            {
+                for ( std::size_t k = 1; k < parts.size(); ++k )
+                    std::apply(
+                        [&]( const auto&... values )
+                        { ( Impl::joinTo( results, sums, values ), ... ); },
+                        parts[k].found );
+                ( Impl::assignTo( results, sums ), ... );
+            },
+            parts.front().found );
+    }
+    else
+        Kokkos::parallel_reduce( label, Range( 0, count ), body, results... );
 }
 
 /*!
@@ -233,16 +233,33 @@ int scanEach( const char* label, const int count, const int few,
               const Body& body )
 {
     int sum = 0;
-    if ( !Impl::runsHere( count, few ) )
+    if constexpr ( runs_on_host )
+    {
+        const int share = shareOf( count, loopThreads(), few );
+        std::vector<int> ahead( loopThreads() ); // of each thread's turns
+        const auto pass = [&]( const bool final )
+        {
+            forEachShare( label, count, few,
+                          [&]( const int first, const int last )
+                          {
+                              Own<Body> own = body;
+                              int k = ahead[first / share];
+                              for ( int i = first; i < last; ++i )
+                                  own( i, k, final );
+                              ahead[first / share] = k;
+                          } );
+        };
+        if ( share < count )
+        {
+            pass( false );
+            std::exclusive_scan( ahead.begin(), ahead.end(), ahead.begin(), 0 );
+        }
+        pass( true );
+        if ( count > 0 )
+            sum = ahead[( count - 1 ) / share];
+    }
+    else
         Kokkos::parallel_scan( label, Range( 0, count ), body, sum );
-    else if constexpr ( runs_on_host )
-        Impl::runHere( label, &Kokkos::Tools::beginParallelScan,
-                       &Kokkos::Tools::endParallelScan,
-                       [&]
-                       {
-                           for ( int i = 0; i < count; ++i )
-                               body( i, sum, true );
-                       } );
     return sum;
 }
 
