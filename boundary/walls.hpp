@@ -49,6 +49,8 @@ class Wall : public SideBoundary<Dim>
         const auto x = state.particles.template slice<Position>();
         const auto v = state.particles.template slice<Velocity>();
         const auto C = state.particles.template slice<VelocityGradient>();
+        const bool drifts = state.drift;
+        const auto extra = sliceOfDrift<ExtraVelocity>( state );
         const auto part = this->_part;
         const auto grid = state.grid;
         const int axis = part.axis();
@@ -61,13 +63,16 @@ class Wall : public SideBoundary<Dim>
                 const int p = rows( k );
                 const auto y = loadVector<Dim>( x, p );
                 const Real depth = part.depth( grid, y );
-                if ( ( depth >= 0 && y[axis] <= inside ) ||
+                // What is beyond the other side is that one's.
+                if ( ( part.upper() ? y[axis] <= inside : depth >= 0 ) ||
                      !part.contains( grid, y ) )
                     return;
                 if ( depth < 0 )
                 {
                     x( p, axis ) += part.upper() ? 2 * depth : -2 * depth;
                     v( p, axis ) = -v( p, axis );
+                    if ( drifts )
+                        extra( p, axis ) = -extra( p, axis );
                     for ( int d = 0; d < Dim; ++d )
                         if ( d != axis )
                         {

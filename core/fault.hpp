@@ -17,7 +17,7 @@ enum class FaultKind : int
 {
     none,
     moved_too_far,   //!< more than a cell
-    negative_energy, //!< specific internal energy
+    negative_energy, //!< specific internal energy, or what is heat of it
     no_volume,       //!< so density is not positive
     not_finite
 };
@@ -40,16 +40,16 @@ struct Fault
 };
 
 //! What is wrong with a particle that is not sound.
-//! \param moved since the step began [Dim] \param least energy
+//! \param moved since the step began [Dim] \param least heat
 template <int Dim>
 KOKKOS_INLINE_FUNCTION FaultKind kindOfFault( const Vector<Dim>& moved,
                                               const Vector<Dim>& v,
                                               const Real volume,
-                                              const Real energy,
+                                              const Real heat,
                                               const Real least )
 {
     bool finite =
-        Kokkos::abs( energy ) < largest_quantity && volume < largest_quantity;
+        Kokkos::abs( heat ) < largest_quantity && volume < largest_quantity;
     for ( int d = 0; d < Dim; ++d )
         finite = finite && Kokkos::abs( moved[d] ) < largest_quantity &&
                  Kokkos::abs( v[d] ) < largest_speed;
@@ -57,8 +57,7 @@ KOKKOS_INLINE_FUNCTION FaultKind kindOfFault( const Vector<Dim>& moved,
         return FaultKind::not_finite;
     if ( !( volume > 0 ) )
         return FaultKind::no_volume;
-    return energy > least ? FaultKind::moved_too_far
-                          : FaultKind::negative_energy;
+    return heat > least ? FaultKind::moved_too_far : FaultKind::negative_energy;
 }
 
 //! The worst fault of all particles after a step.
@@ -69,9 +68,11 @@ Fault findFault( const State<Dim>& state )
     const auto v = state.particles.template slice<Velocity>();
     const auto V = state.particles.template slice<Volume>();
     const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto m = state.particles.template slice<Mass>();
     const auto start = Cabana::slice<Position>( state.particles.old() );
     const auto spacing = state.grid.spacing;
-    const Real least = state.least_energy;
+    const Real least = state.least_heat;
+    const Real reference = state.reference_pressure;
     Fault fault;
     reduceEach(
         "Machpoint::findFault", state.particles.size(), few_particles,
@@ -80,9 +81,10 @@ Fault findFault( const State<Dim>& state )
             for ( int d = 0; d < Dim; ++d )
                 moved[d] = x( p, d ) - start( p, d );
             const auto u = loadVector<Dim>( v, p );
-            if ( !isSound<Dim>( moved, u, V( p ), e( p ), spacing, least ) )
+            const Real heat = heatOf<Real>( e( p ), V( p ), m( p ), reference );
+            if ( !isSound<Dim>( moved, u, V( p ), heat, spacing, least ) )
                 worst += Fault{
-                    p, kindOfFault<Dim>( moved, u, V( p ), e( p ), least ) };
+                    p, kindOfFault<Dim>( moved, u, V( p ), heat, least ) };
         },
         fault );
     return fault;
@@ -105,7 +107,10 @@ std::string describeFault( const State<Dim>& state, const Fault& fault )
         fault.kind == FaultKind::not_finite  ? "a value that is not finite"
         : fault.kind == FaultKind::no_volume ? "no positive volume"
         : fault.kind == FaultKind::negative_energy
-            ? "no positive specific internal energy"
+            ? state.reference_pressure > 0
+                  ? "no specific internal energy beyond its cohesion, "
+                    "reference_pressure times volume over mass"
+                  : "no positive specific internal energy"
             : "moved by more than a cell";
     return fmt::format(
         "the gas broke down at step {}, t = {:.8g}, dt = {:.3g}: particle {} "

@@ -8,7 +8,7 @@
   Here a thread's turns are one call, which works with copies that nobody else
   knows; MACHPOINT_INLINE behind a kernel's parameters makes it a part of the
   loop. A loop, a sum or a scan that is too short to be shared is a call by the
-  host itself.
+  host itself. Profilers hear of each pass over the turns as of a parallel_for.
 */
 #ifndef MACHPOINT_FOR_EACH_HPP
 #define MACHPOINT_FOR_EACH_HPP
@@ -187,6 +187,7 @@ void reduceEach( const char* label, const int count, const int few,
 {
     if constexpr ( runs_on_host )
     {
+        // The turns from k times this on are thread k's.
         const int share = shareOf( count, loopThreads(), few );
         const auto neutral = std::make_tuple( Impl::neutralOf( results )... );
         std::vector<Impl::Part<std::decay_t<decltype( neutral )>>> parts(

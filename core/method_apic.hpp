@@ -176,7 +176,7 @@ void gridToParticlesApic( const State<Dim>& state )
                              Lanes( widest ) );
             store( next_e, new_e, p );
             store( next_V, new_V, p );
-            note( p, old_x, new_x, new_v, new_V, new_e );
+            note( p, old_x, new_x, new_v, new_V, new_e, load( m, p ) );
         },
         velocities );
 }

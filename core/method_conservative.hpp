@@ -76,7 +76,6 @@ struct Conservative : MethodDefaults
         NodeView faces;
         Impl::OpenFaces<Dim> open_faces;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
-        Sidecar<DriftMembers<Dim>>* drift = nullptr;
         Impl::HalfCellMarks marks; //!< scratch of merging
         Reused<std::int64_t> new_ids{ "Machpoint::newIds" }; //!< of splitting
         NodeSum heat;  //!< scratch of the exchanges of heat and volume
@@ -92,8 +91,9 @@ struct Conservative : MethodDefaults
             if ( parts.midpoint )
             {
                 const Profile::Effect effect( "midpoint" );
-                drift = &state.particles.template addSidecar<DriftMembers<Dim>>(
-                    "Machpoint::drift", DuringStep::changes );
+                state.drift =
+                    &state.particles.template addSidecar<DriftMembers<Dim>>(
+                        "Machpoint::drift", DuringStep::changes );
             }
             if ( parts.changesParticles() )
             {
@@ -167,8 +167,8 @@ struct Conservative : MethodDefaults
         if ( parts.merge_volume > 0 && state.step % parts.merge_every == 0 )
         {
             const Profile::Effect effect( "merging" );
-            Impl::mergeParticles( state, *storage.history, storage.marks,
-                                  parts );
+            Impl::mergeParticles( state, gas.response(), *storage.history,
+                                  storage.marks, parts );
         }
         // Last: until the end of the step a half may stand beyond its rank's
         // box.
@@ -193,7 +193,7 @@ struct Conservative : MethodDefaults
             state.viscosity, gas.response(),
             parts.midpoint ? 0.5_rt * static_cast<Real>( state.dt ) : 0.0_rt,
             state.grid.minSpacing(), parts.blend_in_compression };
-        const Impl::HalfStep<Basis, Dim> half_step( state, storage.drift );
+        const Impl::HalfStep<Basis, Dim> half_step( state );
         half_step.reach( state );
         state.nodes.moment_sum.deposit(
             [&]( const auto& sums )
@@ -284,8 +284,8 @@ struct Conservative : MethodDefaults
     template <class Basis, bool Rearranges, bool Limited, int Dim>
     static void gather( const State<Dim>& state, const Storage<Dim>& storage )
     {
-        Impl::gatherParticles<Basis, Rearranges, Limited>(
-            state, storage.faces, storage.parts, storage.drift );
+        Impl::gatherParticles<Basis, Rearranges, Limited>( state, storage.faces,
+                                                           storage.parts );
     }
 };
 

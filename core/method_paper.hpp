@@ -139,7 +139,7 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
                 store( next_e, new_e, p );
                 store( next_V, new_V, p );
                 note( p, old_x, new_x, loadVector<Dim>( new_v, p ), new_V,
-                      new_e );
+                      new_e, load( m, p ) );
             },
         velocities, velocity );
 }

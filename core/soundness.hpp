@@ -13,21 +13,33 @@
 namespace Machpoint
 {
 
+//! What of the specific internal energy makes pressure and sound: e of an ideal
+//! gas, and less the cohesion p_inf V / m of a stiffened one.
+template <class Number>
+KOKKOS_FORCEINLINE_FUNCTION Number heatOf( const Number& energy,
+                                           const Number& volume,
+                                           const Number& mass,
+                                           const Real reference )
+{
+    return reference > 0 ? Number( energy - reference * volume / mass )
+                         : energy;
+}
+
 /*!
   \brief Is a particle, or each of a pack, sound after a step: finite, positive
-  volume and energy, and moved by no more than a cell?
+  volume and heat, and moved by no more than a cell?
   \param moved since the step began [Dim] \param v velocity [Dim]
-  \param least energy
+  \param heat see heatOf \param least heat
 */
 template <int Dim, class Number>
 KOKKOS_FORCEINLINE_FUNCTION auto
 isSound( const VectorOf<Dim, Number>& moved, const VectorOf<Dim, Number>& v,
-         const Number& volume, const Number& energy, const Vector<Dim>& spacing,
+         const Number& volume, const Number& heat, const Vector<Dim>& spacing,
          const Real least )
 {
     // Written so that a NaN is caught too.
     const Number huge( largest_quantity );
-    auto sound = Number( least ) < energy && energy < huge &&
+    auto sound = Number( least ) < heat && heat < huge &&
                  Number( 0.0 ) < volume && volume < huge;
     for ( int d = 0; d < Dim; ++d )
         sound = sound && Kokkos::abs( moved[d] ) <= Number( spacing[d] ) &&
@@ -49,7 +61,8 @@ struct Watch
     Vector<Dim> farthest; //!< that a particle may move in this kernel
     RowList noted;
     Kokkos::View<int[suspicion_count], MemorySpace> suspicions;
-    Real least_energy;
+    Real least_heat;
+    Real reference; //!< p_inf of a stiffened gas
     Real large_volume;
     bool returns; //!< is there a state to return to?
 
@@ -57,7 +70,8 @@ struct Watch
     KOKKOS_FORCEINLINE_FUNCTION void
     operator()( const Pack p, const VectorOf<Dim, Lanes>& old_x,
                 const VectorOf<Dim, Lanes>& x, const VectorOf<Dim, Lanes>& v,
-                const Lanes& volume, const Lanes& energy ) const
+                const Lanes& volume, const Lanes& energy,
+                const Lanes& mass ) const
     {
         const LaneMask counts = active( p );
         noted.note( p, counts && bounds.excludes( x ) );
@@ -66,8 +80,9 @@ struct Watch
         VectorOf<Dim, Lanes> way{};
         for ( int d = 0; d < Dim; ++d )
             way[d] = x[d] - old_x[d];
-        if ( any( counts && !isSound<Dim>( way, v, volume, energy, farthest,
-                                           least_energy ) ) )
+        const Lanes heat = heatOf( energy, volume, mass, reference );
+        if ( any( counts && !isSound<Dim>( way, v, volume, heat, farthest,
+                                           least_heat ) ) )
             tell( Unsound );
     }
 
@@ -110,7 +125,8 @@ Watch<Dim> watch( const State<Dim>& state, const Real part = 1 )
              farthest,
              state.noted,
              state.suspicions,
-             state.least_energy,
+             state.least_heat,
+             state.reference_pressure,
              state.large_volume,
              state.particles.keeps() };
 }

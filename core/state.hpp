@@ -64,6 +64,19 @@ enum FlowMember : std::size_t
     Limiter     //!< phi in [0, 1]: 0 where the flow is smooth
 };
 
+//! What the integrator `midpoint` remembers of a particle's last step; zero for
+//! one that has just entered.
+template <int Dim>
+using DriftMembers = Cabana::MemberTypes<Deviation[Dim], Deviation, Deviation>;
+
+//! Names of the members of the drift.
+enum DriftMember : std::size_t
+{
+    ExtraVelocity, //!< velocity of motion less v [Dim], length/time
+    LastExpansion, //!< D of the last step, 1/time
+    NextExpansion  //!< D over the filling of its v', 1/time
+};
+
 //! Artificial viscosity q = phi rho h |D| (c1 c + c2 h |D|) of gas that is
 //! compressed (docs/conservative.md, section 4).
 struct Viscosity
@@ -144,8 +157,9 @@ struct State
     Sidecar<RateMembers>* rates = nullptr;
     Sidecar<FlowMembers>* flow = nullptr;
     //! @}
-    Viscosity viscosity; //!< that the method adds
-    GasSurvey survey;    //!< of the last particleState
+    Sidecar<DriftMembers<Dim>>* drift = nullptr; //!< null without `midpoint`
+    Viscosity viscosity;                         //!< that the method adds
+    GasSurvey survey;                            //!< of the last particleState
     //! Particles that the step may have moved out of this rank's box, and
     //! those that a module moves or marks besides. Before the step: scratch.
     RowList noted;
@@ -160,7 +174,7 @@ struct State
     AffineMoment affine_moment; //!< of the basis; 0 without affine energy
     int stencil_nodes = 0;      //!< that a particle sees along an axis
     bool reproducible = false;  //!< sums have the same bits on any ranks
-    Real least_energy = 0;      //!< per mass, that a step may leave
+    Real least_heat = 0;        //!< per mass, that a step may leave
     //! p_inf of a stiffened gas, whose heat is e - p_inf / rho.
     Real reference_pressure = 0;
     //! Kernels tell of particles above it (Large).
@@ -201,6 +215,13 @@ template <std::size_t Member, int Dim>
 auto sliceOfFlow( const State<Dim>& state )
 {
     return Impl::sliceOf<Member>( state.flow );
+}
+
+//! Likewise of the drift.
+template <std::size_t Member, int Dim>
+auto sliceOfDrift( const State<Dim>& state )
+{
+    return Impl::sliceOf<Member>( state.drift );
 }
 
 //! A field that particles add to. \param columns of it; it may have more

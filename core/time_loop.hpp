@@ -177,7 +177,7 @@ class TimeLoop : public Simulation
         state.affine_moment = scheme.affine_moment;
         state.stencil_nodes = scheme.stencil_nodes;
         if ( !scheme.positive_energy )
-            state.least_energy = -Kokkos::Experimental::infinity_v<Real>;
+            state.least_heat = -Kokkos::Experimental::infinity_v<Real>;
         makeNodes();
     }
 
@@ -567,11 +567,6 @@ class TimeLoop : public Simulation
             }
         if ( state.step < start_up_steps )
             dt *= start_up_factor;
-        if ( part < 1 )
-        {
-            dt *= part;
-            _limiter = "a repeated step";
-        }
         if ( part == 1 && !( dt > 1e-14 * ( until - state.time ) ) )
             throw NumericalFailure( fmt::format(
                 "the time step fell to {:.3g} at step {}, t = {:.8g}, limited "
@@ -582,6 +577,12 @@ class TimeLoop : public Simulation
         {
             dt = until - state.time;
             _limiter = "output time";
+        }
+        // Of what it would have been, lest it be the same once more.
+        if ( part < 1 )
+        {
+            dt *= part;
+            _limiter = "a repeated step";
         }
         state.dt = dt;
     }

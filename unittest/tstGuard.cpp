@@ -179,6 +179,22 @@ TEST( Guard, repeatsWithHalfTheStep )
     }
 }
 
+// A step that an output cuts short is halved like any other: from what it was,
+// not from what it would have been, which would repeat it as it was.
+TEST( Guard, halvesAStepThatIsCut )
+{
+    auto input = box( 1, 100, 3, "conservative", "quadratic", "periodic" );
+    constexpr double speed = 30, cut = 1.5 * 0.01 / ( speed + 1 );
+    input["initial"][0]["velocity"] = { speed };
+    input["time"]["cfl"] = 100;
+    input["time"]["retries"] = 4;
+    auto run = simulate( input );
+    for ( int k = 1; k <= 3; ++k )
+        while ( run->time() < k * cut )
+            run->step( k * cut );
+    EXPECT_GT( run->retries(), 0 );
+}
+
 // What no short step mends ends the run: with a message that says which
 // quantity, where, when and what to try, and with the last good state.
 TEST( Guard, endsWithTheLastGoodState )

@@ -13,19 +13,6 @@
 namespace Machpoint
 {
 
-//! What a particle remembers of its last step; zero for one that has just
-//! entered.
-template <int Dim>
-using DriftMembers = Cabana::MemberTypes<Deviation[Dim], Deviation, Deviation>;
-
-//! Names of the members.
-enum DriftMember : std::size_t
-{
-    ExtraVelocity, //!< velocity of motion less v [Dim], length/time
-    LastExpansion, //!< D of the last step, 1/time
-    NextExpansion  //!< D over the filling of its v', 1/time
-};
-
 namespace Impl
 {
 
@@ -56,19 +43,19 @@ class HalfStep
     static constexpr bool on_hats = !Basis::constant_moment;
 
   public:
-    //! \param drift of the integrator midpoint; null: there is no such half
-    HalfStep( const State<Dim>& state, Sidecar<DriftMembers<Dim>>* drift )
+    //! Without state.drift there is no such half.
+    explicit HalfStep( const State<Dim>& state )
         : _note( watch( state, 0.5_rt ) ), _grid( state.grid ),
           _half( 0.5_rt * static_cast<Real>( state.dt ) ),
-          _is_taken( drift != nullptr ),
+          _is_taken( state.drift != nullptr ),
           _x( state.particles.template slice<Position>() ),
           _v( state.particles.template slice<Velocity>() ),
           _V( state.particles.template slice<Volume>() ),
           _C( state.particles.template slice<VelocityGradient>() ),
           _e( state.particles.template slice<SpecificInternalEnergy>() ),
-          _extra( sliceOf<ExtraVelocity>( drift ) ),
-          _expansion( sliceOf<LastExpansion>( drift ) ),
-          _next_expansion( sliceOf<NextExpansion>( drift ) ),
+          _extra( sliceOfDrift<ExtraVelocity>( state ) ),
+          _expansion( sliceOfDrift<LastExpansion>( state ) ),
+          _next_expansion( sliceOfDrift<NextExpansion>( state ) ),
           _next_x( state.particles.template next<Position>() ),
           _next_V( state.particles.template next<Volume>() ),
           _next_C( state.particles.template next<VelocityGradient>().slice ),

@@ -238,15 +238,15 @@ conductedHeat( const Real strength, const VectorOf<Dim, Lanes> ( &C )[Dim],
   Where Rearranges: V' *= 1 - clip(kd dt relaxationRate, -.25, .25), and the
   velocity of motion loses ks c clip(g, -.5, .5) with g = h grad theta. Uniform
   motion knows neither. \tparam Limited has the viscosity a limiter?
-  \param drift of the integrator midpoint, else null
+  \param[in,out] state.drift of the integrator midpoint
   \param[out] state.flow, and state.rates ConductedHeat where the next step
   asks for it
 */
 template <class Basis, bool Rearranges, bool Limited, int Dim>
 void gatherParticles( const State<Dim>& state, const NodeView& faces,
-                      const ConservativeParts& parts,
-                      Sidecar<DriftMembers<Dim>>* drift )
+                      const ConservativeParts& parts )
 {
+    auto* const drift = state.drift;
     const bool midpoint = drift != nullptr;
     const auto last_expansion = sliceOf<LastExpansion>( drift );
     Written<decltype( sliceOf<ExtraVelocity>( drift ) )> next_extra;
@@ -386,11 +386,17 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                 const Lanes rate = relaxationRate(
                     Lanes( g.filling * ( 1.0_rt / Dim ) ), g.expansion,
                     gradient, Lanes( sound * ( 0.25_rt / smallest ) ) );
-                volume *= 1 - clip( Lanes( kd * dt * rate ), Lanes( -0.25 ),
-                                    Lanes( 0.25 ) );
+                Lanes change = clip( Lanes( kd * dt * rate ), Lanes( -0.25 ),
+                                     Lanes( 0.25 ) );
+                // e stays, of which this much is heat.
+                if ( reference > 0 )
+                    change *= Kokkos::max( 1 - reference * volume /
+                                                   ( load( m, p ) * new_e ),
+                                           Lanes( 0.0 ) );
+                volume *= 1 - change;
             }
             store( next_V, volume, p );
-            note( p, old_x, new_x, new_v, volume, new_e );
+            note( p, old_x, new_x, new_v, volume, new_e, load( m, p ) );
             note.lookAtVolume( p, volume );
         },
         velocities, faces );

@@ -107,30 +107,30 @@ struct Merging
 
     Grid<Dim> grid;
     AffineMoment moment_of;
-    Real largest;   //!< volume of a merged particle
-    Real reference; //!< p_inf of a stiffened gas
+    Real largest;       //!< volume of a merged particle
+    Real reference;     //!< p_inf of a stiffened gas
+    Real squared_sound; //!< c^2 over heat
     Member<Position> x;
     Member<Velocity> v;
     Member<VelocityGradient> C;
     Member<Mass> m;
     Member<Volume> V;
     Member<SpecificInternalEnergy> e;
-    Member<SoundSpeed> c;
     Member<Id> id;
     History<Stretch> stretch;
     History<OriginalMass> original;
 
-    Merging( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
-             const Real largest_volume )
+    Merging( State<Dim>& state, const PressureResponse& response,
+             Sidecar<HistoryMembers<Dim>>& history, const Real largest_volume )
         : grid( state.grid ), moment_of( state.affine_moment ),
-          largest( largest_volume ), reference( state.reference_pressure ),
+          largest( largest_volume ), reference( response.reference ),
+          squared_sound( response.exponent * response.gruneisen ),
           x( state.particles.template slice<Position>() ),
           v( state.particles.template slice<Velocity>() ),
           C( state.particles.template slice<VelocityGradient>() ),
           m( state.particles.template slice<Mass>() ),
           V( state.particles.template slice<Volume>() ),
           e( state.particles.template slice<SpecificInternalEnergy>() ),
-          c( state.particles.template slice<SoundSpeed>() ),
           id( state.particles.template slice<Id>() ),
           stretch( Cabana::slice<Stretch>( history.data() ) ),
           original( Cabana::slice<OriginalMass>( history.data() ) )
@@ -173,7 +173,8 @@ struct Merging
                 distance += dx * dx;
                 slip += dv * dv;
             }
-            if ( slip < 0.04_rt * c( p ) * c( p ) &&
+            // Of the gas as it is: slices have the speed of sound of before.
+            if ( slip < 0.04_rt * squared_sound * heat( p ) &&
                  distance < nearest * ( 1 - round_off ) )
             {
                 nearest = distance;
@@ -267,7 +268,8 @@ struct Merging
   \param marks all zero, on entry and on return
 */
 template <int Dim>
-void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
+void mergeParticles( State<Dim>& state, const PressureResponse& response,
+                     Sidecar<HistoryMembers<Dim>>& history,
                      const HalfCellMarks& marks,
                      const ConservativeParts& parts )
 {
@@ -279,7 +281,7 @@ void mergeParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const int small = rows.extent_int( 0 );
     if ( small == 0 )
         return;
-    const Merging<Dim> pairs( state, history, largest );
+    const Merging<Dim> pairs( state, response, history, largest );
     const auto box = state.layout.box;
     const int n = state.particles.size();
     IndexList keys( "Machpoint::halfCells", small );
