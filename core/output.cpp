@@ -380,29 +380,41 @@ void OutputDirectory::writeSummary( const std::string& json_text )
 
 void OutputDirectory::checkpoint( Archive& archive )
 {
-    checkpointEntries( archive, "particles", _particle_entries );
-    checkpointEntries( archive, "grid", _grid_entries );
-    if ( archive.isReading() )
-        onRoot( _ranks, [&] { removeFile( _directory / "summary.json" ); } );
-}
-
-void OutputDirectory::checkpointEntries( Archive& archive,
-                                         const std::string& kind,
-                                         Entries& entries ) const
-{
-    std::string text = Json( entries ).dump();
-    archive( "outputs/" + kind, text );
+    for ( const auto& [kind, entries] : kinds() )
+    {
+        std::string text = Json( *entries ).dump();
+        archive( "outputs/" + kind, text );
+        if ( archive.isReading() )
+            *entries = Json::parse( text ).get<Entries>();
+    }
     if ( !archive.isReading() )
         return;
-    entries = Json::parse( text ).get<Entries>();
-    onRoot( _ranks, [&] { takeUp( kind, entries ); } );
+    for ( const auto& [kind, entries] : kinds() )
+        takeUp( kind, *entries );
+    onRoot( _ranks, [&] { removeFile( _directory / "summary.json" ); } );
+}
+
+bool OutputDirectory::isCheckpointed( const std::string_view name )
+{
+    return name.starts_with( "outputs/" );
+}
+
+std::map<std::string, OutputDirectory::Entries*> OutputDirectory::kinds()
+{
+    return { { "particles", &_particle_entries }, { "grid", &_grid_entries } };
+}
+
+void OutputDirectory::takeUp( const std::string& kind, Entries& entries ) const
+{
+    onRoot( _ranks, [&] { removeLater( kind, entries ); } );
     entries =
         Json::parse( _ranks.fromRoot( Json( entries ).dump() ) ).get<Entries>();
     if ( !entries.empty() )
         writeXdmf( kind, entries );
 }
 
-void OutputDirectory::takeUp( const std::string& kind, Entries& entries ) const
+void OutputDirectory::removeLater( const std::string& kind,
+                                   Entries& entries ) const
 {
     // A restart may write into another directory.
     std::erase_if( entries,

@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace Machpoint
@@ -128,8 +129,12 @@ class OutputDirectory
 
       After reading, the directory is as it was then: outputs and a summary that
       came later are removed, and the .xdmf files list what is there.
+      \throws ArchiveError if the archive lacks them; nothing is removed then
     */
     void checkpoint( Archive& archive );
+
+    //! Is this what checkpoint() writes? \param name of an archive's entry
+    static bool isCheckpointed( std::string_view name );
 
   private:
     // A file below the directory, written by the root.
@@ -143,10 +148,11 @@ class OutputDirectory
     using Entries = std::map<std::int64_t, std::string>;
 
     void writeXdmf( const std::string& kind, const Entries& entries ) const;
-    void checkpointEntries( Archive& archive, const std::string& kind,
-                            Entries& entries ) const;
-    // Makes files and entries agree; on the root.
+    std::map<std::string, Entries*> kinds();
+    // Makes files and entries agree, and the .xdmf file.
     void takeUp( const std::string& kind, Entries& entries ) const;
+    // The first half of it; on the root.
+    void removeLater( const std::string& kind, Entries& entries ) const;
 
     Communicator _ranks;
     std::filesystem::path _directory;

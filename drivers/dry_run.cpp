@@ -1,9 +1,11 @@
 #include <drivers/dry_run.hpp>
 
 #include <drivers/output_times.hpp>
+#include <drivers/run.hpp>
 #include <drivers/study_fit.hpp>
 
 #include <core/communicator.hpp>
+#include <core/exact.hpp>
 #include <core/price.hpp>
 #include <core/report.hpp>
 #include <core/scene.hpp>
@@ -218,14 +220,22 @@ std::string formatBytes( const double bytes )
 //! Bytes of an output, uncompressed.
 double outputBytes( const Json& input, const double particles )
 {
-    const double dim = input.at( "dimension" );
+    const int dim = input.at( "dimension" );
     const auto& output = input.at( "output" );
     double bytes = 0;
     if ( output.at( "particles" ) )
-        bytes += 8 * ( 2 * dim + 5 ) * particles;
+    {
+        // In 1D positions in a plane, too, for ParaView.
+        const int numbers = 2 * dim + 4 + ( dim == 1 ? 2 : 0 );
+        bytes += static_cast<double>( numbers * sizeof( Real ) +
+                                      sizeof( std::int64_t ) ) *
+                 particles;
+        if ( dim == 1 && makeExact( input ) )
+            bytes += 5 * profile_points * sizeof( double );
+    }
     if ( output.at( "grid" ) )
-        bytes +=
-            8 * ( 3 + dim ) * cellCount( input.at( "grid" ).at( "cells" ) );
+        bytes += static_cast<double>( ( 3 + dim ) * sizeof( Real ) ) *
+                 cellCount( input.at( "grid" ).at( "cells" ) );
     return bytes;
 }
 

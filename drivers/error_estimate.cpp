@@ -123,6 +123,11 @@ Json estimateError( const Json& input, const GridData& fine, const double time,
     if ( !ranks.isRoot() )
         return result;
     const auto near = fieldDifferences( *half.fields, whole, half.input );
+    if ( !( near[0].size > 0 ) )
+    {
+        result["message"] = "no cell has gas on both grids";
+        return result;
+    }
     std::vector<FieldDifference> far;
     if ( quarter && quarter->fields )
         far =

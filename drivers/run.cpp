@@ -130,7 +130,7 @@ std::vector<Dataset> gridDatasets( const GridData& data, const int dim )
 void writeExactProfile( OutputDirectory& directory, const Simulation& s,
                         const ExactSolution& exact, const Json& input )
 {
-    constexpr std::size_t points = 2001;
+    constexpr auto points = profile_points;
     const double lower = input.at( "grid" ).at( "lower" ).at( 0 );
     const double upper = input.at( "grid" ).at( "upper" ).at( 0 );
     std::vector<double> x( points ), rho( points ), v( points ), p( points ),
@@ -214,16 +214,17 @@ FormerRun formerRun( const std::optional<Checkpoint>& restart,
     return overwrite ? FormerRun::replace : FormerRun::refuse;
 }
 
-//! Reads a checkpoint. \param checkpoint visits an archive
+//! Reads a checkpoint but for what the output directory has of it, and before
+//! that removes anything. \param checkpoint visits an archive
 template <class Visitor>
 void resume( Checkpoint& restart, const Visitor& checkpoint )
 {
     try
     {
         checkpoint( restart.archive );
-        if ( !restart.archive.entries().empty() )
-            throw ArchiveError( restart.archive.entries().begin()->first +
-                                " is unknown here" );
+        for ( const auto& [name, entry] : restart.archive.entries() )
+            if ( !OutputDirectory::isCheckpointed( name ) )
+                throw ArchiveError( name + " is unknown here" );
     }
     catch ( const ArchiveError& error )
     {
@@ -293,24 +294,24 @@ ExitCode run( const Json& input, const RunOptions& options )
     }
     auto simulation = makeSimulation( input );
     const auto exact = makeExact( input );
+    RunFacts facts;
+    facts.initial = simulation->totals();
+    facts.particles_initial = simulation->particles();
+    std::int64_t written = -1; // step of the last output
+    auto checkpoint_run = [&]( Archive& archive )
+    {
+        simulation->checkpoint( archive );
+        const Archive::Group group( archive, "run" );
+        checkpointFacts( archive, facts );
+        archive( "last_output", written );
+    };
+    if ( restart )
+        resume( *restart, checkpoint_run );
     const auto former = formerRun( restart, folder, options.overwrite );
     OutputDirectory directory( folder, former, dim,
                                writes_particles || writes_grid ||
                                    requests.isScheduled(),
                                output.at( "compression" ) );
-
-    RunFacts facts;
-    facts.initial = simulation->totals();
-    facts.particles_initial = simulation->particles();
-    std::int64_t written = -1; // step of the last output
-    auto checkpoint = [&]( Archive& archive )
-    {
-        simulation->checkpoint( archive );
-        directory.checkpoint( archive );
-        const Archive::Group group( archive, "run" );
-        checkpointFacts( archive, facts );
-        archive( "last_output", written );
-    };
     auto write = [&]
     {
         Profile::Phase phase( "output" );
@@ -335,7 +336,7 @@ ExitCode run( const Json& input, const RunOptions& options )
 
     if ( restart )
     {
-        resume( *restart, checkpoint );
+        directory.checkpoint( restart->archive );
         onRoot( ranks,
                 [&] {
                     removeCheckpointsAfter( checkpoints, simulation->steps() );
@@ -364,7 +365,8 @@ ExitCode run( const Json& input, const RunOptions& options )
         facts.wall_seconds = seconds_before + timer.seconds();
         facts.particle_updates = progress.updates();
         Archive archive;
-        checkpoint( archive );
+        checkpoint_run( archive );
+        directory.checkpoint( archive );
         writeCheckpoint( ranks, checkpoints, input, archive );
         onRoot( ranks,
                 [&] {
@@ -396,8 +398,11 @@ ExitCode run( const Json& input, const RunOptions& options )
                 written = simulation->steps();
             }
             const auto request = requests.next( *simulation );
-            if ( request == Request::checkpoint )
+            if ( request == Request::checkpoint && can_keep )
                 keep();
+            else if ( request == Request::checkpoint && ranks.isRoot() )
+                fmt::print( stderr, "machpoint: no checkpoint, as this build "
+                                    "lacks HDF5\n" );
             if ( request == Request::stop )
             {
                 code = stopped_early;

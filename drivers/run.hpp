@@ -35,6 +35,9 @@ struct RunOptions
     std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
 };
 
+//! Points of an exact profile that goes with each output of particles in 1D.
+inline constexpr std::size_t profile_points = 2001;
+
 /*!
   \brief Runs a resolved input to its end, on all ranks together.
   \return on all ranks: finished, also when max_steps ended it; stopped_early,

@@ -205,11 +205,17 @@ class Laboratory
         try
         {
             const Json former = Json::parse( readFile( file.string() ) );
-            auto keep = [&]( const Json& record )
+            if ( former.at( "kind" ) != kindName( _study.kind ) )
+                return;
+            const bool is_judged =
+                former.at( "error" ) == _study.error &&
+                former.at( "reference" ) == referenceName( _study.reference );
+            auto keep = [&]( Json record )
             {
                 // A run that was killed, or met a full disk, may do better.
                 const int code = record.value( "exit_code", 0 );
-                if ( record.at( "status" ) == "finished" ||
+                const bool is_finished = record.at( "status" ) == "finished";
+                if ( ( is_finished && ( is_judged || judgeAnew( record ) ) ) ||
                      code == numerical_failure || code == wrong_input )
                     _former[record.at( "id" )] = record;
             };
@@ -217,9 +223,10 @@ class Laboratory
                 keep( record );
             if ( former.contains( "reference_row" ) )
                 keep( former.at( "reference_row" ) );
-            _proofs = former.at( "proofs" );
-            for ( const auto& proof : _proofs )
+            for ( const auto& proof : former.at( "proofs" ) )
                 keep( proof.at( "row" ) );
+            if ( is_judged )
+                _proofs = former.at( "proofs" );
         }
         catch ( const Json::exception& )
         {
@@ -227,6 +234,38 @@ class Laboratory
                 "{}: is no study of this program; move it away, or choose "
                 "another directory with --output",
                 file.string() ) );
+        }
+    }
+
+    //! Another error, or one against something else, is asked of a run than
+    //! before. \return false where its results are not there any more
+    bool judgeAnew( Json& record ) const
+    {
+        const auto folder =
+            _folder / "runs" / record.at( "id" ).get<std::string>();
+        const auto summary = folder / "summary.json";
+        if ( !fs::exists( summary ) )
+            return false;
+        for ( const auto* key : { "errors", "values", "compared_to" } )
+            record.erase( key );
+        readResults( record, folder,
+                     Json::parse( readFile( summary.string() ) ) );
+        return true;
+    }
+
+    //! What a run by itself tells of its errors.
+    void readResults( Json& record, const fs::path& folder,
+                      const Json& summary ) const
+    {
+        if ( _study.kind == StudyKind::effects ||
+             _study.reference == Reference::exact )
+            record["errors"] = exactErrors( summary );
+        if ( !isFieldError( _study.error ) )
+        {
+            record["values"] = seriesMeans( folder );
+            if ( !_study.probes.empty() )
+                setKeys( record["values"],
+                         probeMeans( folder, _study.probes ) );
         }
     }
 
@@ -336,16 +375,7 @@ class Laboratory
             addRound( record["effects"], summary );
             record.erase( "compared_to" ); // what changes comes on top
         }
-        if ( _study.kind == StudyKind::effects ||
-             _study.reference == Reference::exact )
-            record["errors"] = exactErrors( summary );
-        if ( !isFieldError( _study.error ) )
-        {
-            record["values"] = seriesMeans( folder );
-            if ( !_study.probes.empty() )
-                setKeys( record["values"],
-                         probeMeans( folder, _study.probes ) );
-        }
+        readResults( record, folder, summary );
         return true;
     }
 
@@ -379,11 +409,13 @@ class Laboratory
         if ( record.contains( "values" ) )
             for ( const auto& value : record.at( "values" ).items() )
             {
-                const double before =
-                    whole.record.at( "values" ).at( value.key() );
+                const auto before =
+                    whole.record.at( "values" ).value( value.key(), Json() );
                 record["errors"][fmt::format( "{}.change", value.key() )] =
-                    before != 0
-                        ? Json( std::abs( value.value().get<double>() / before -
+                    value.value().is_number() && before.is_number() &&
+                            before != 0
+                        ? Json( std::abs( value.value().get<double>() /
+                                              before.get<double>() -
                                           1 ) )
                         : Json();
             }
@@ -411,7 +443,9 @@ class Laboratory
         if ( !row.isFinished() || !better.isFinished() ||
              record.value( "compared_to", Json() ) == id )
             return;
-        if ( isFieldError( _study.error ) )
+        if ( id == record.at( "id" ) ) // it is the reference itself
+            record["errors"] = Json::object();
+        else if ( isFieldError( _study.error ) )
             record["errors"] = gridErrors( folderOf( row ), folderOf( better ),
                                            row.run.input );
         else

@@ -119,14 +119,21 @@ double cellCount( const std::vector<std::int64_t>& cells )
 namespace
 {
 
-//! Cells against a measured quantity, where that is known.
+//! Cells against a measured quantity, where that is known; of grids with the
+//! same number of cells the largest, so that nothing is promised that one did
+//! not hold.
 std::vector<Point> overCells( const Line& line, const std::vector<double>& y )
 {
     std::vector<Point> points;
     for ( std::size_t k = 0; k < line.cells.size(); ++k )
         if ( const Point point{ cellCount( line.cells[k] ), y[k] };
              hasLogarithm( point ) )
-            points.push_back( point );
+        {
+            if ( points.empty() || points.back().x != point.x )
+                points.push_back( point );
+            else
+                points.back().y = std::max( points.back().y, point.y );
+        }
     return points;
 }
 

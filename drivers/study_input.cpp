@@ -392,7 +392,8 @@ class Reader
     void checkKnown()
     {
         const auto& reference = _json.at( "reference" );
-        if ( !reference.contains( "values" ) )
+        if ( !reference.contains( "values" ) ||
+             ( _json.contains( "error" ) && !_json.at( "error" ).is_string() ) )
             return; // which has been told
         const auto& values = reference.at( "values" );
         const auto names = columnErrors( _input, _json.at( "probes" ) );

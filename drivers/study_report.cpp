@@ -149,20 +149,30 @@ std::string csvValue( const Json& record, const std::string& key )
 
 } // namespace
 
+std::string kindName( const StudyKind kind )
+{
+    return kind == StudyKind::effects ? "effects" : "accuracy";
+}
+
+std::string referenceName( const Reference reference )
+{
+    // In the order of Reference.
+    constexpr const char* names[] = { "none", "exact", "finer", "run",
+                                      "known" };
+    return names[static_cast<int>( reference )];
+}
+
 Json makeStudyJson( const Study& study, const std::vector<StudyRow>& rows,
                     const StudyRow* reference, const Json& proofs )
 {
     Json json;
     json["study"] = study.name;
     const bool of_effects = study.kind == StudyKind::effects;
-    json["kind"] = of_effects ? "effects" : "accuracy";
+    json["kind"] = kindName( study.kind );
     json["scene"] = study.scene.at( "scene" );
     json["dimension"] = study.scene.at( "dimension" );
     json["error"] = study.error;
-    // In the order of Reference.
-    constexpr const char* references[] = { "none", "exact", "finer", "run",
-                                           "known" };
-    json["reference"] = references[static_cast<int>( study.reference )];
+    json["reference"] = referenceName( study.reference );
     json["repeats"] = study.repeats;
     json["clock"] = clockName( study.clock );
     json["revision"] = revision;

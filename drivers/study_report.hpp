@@ -38,6 +38,12 @@ std::vector<Line> makeLines( const std::vector<StudyRow>& rows,
 std::vector<std::size_t> rowsOnFront( const std::vector<StudyRow>& rows,
                                       const std::string& error );
 
+//! \name What study.json calls them
+//! @{
+std::string kindName( StudyKind kind );
+std::string referenceName( Reference reference );
+//! @}
+
 //! The content of study.json; its keys are a contract (add, never rename).
 Json makeStudyJson( const Study& study, const std::vector<StudyRow>& rows,
                     const StudyRow* reference, const Json& proofs );

@@ -18,6 +18,7 @@ import time
 import unittest
 
 import h5py
+import numpy
 
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false")
@@ -291,6 +292,44 @@ class Kept(RestartTest):
         self.assertSameRun()
 
 
+def checksum(path, values):
+    """Of a dataset of a checkpoint, as core/checkpoint.cpp has it."""
+    most = (1 << 64) - 1
+
+    def mix(z):
+        z = (z + 0x9e3779b97f4a7c15) & most
+        z = ((z ^ (z >> 30)) * 0xbf58476d1ce4e5b9) & most
+        z = ((z ^ (z >> 27)) * 0x94d049bb133111eb) & most
+        return z ^ (z >> 31)
+
+    place = 0
+    for c in path.encode():
+        place = mix(place ^ c)
+    total = 0
+    for value in values:
+        total += mix(int(value) ^ mix(place))
+        place = (place + 1) & most
+    return total
+
+
+def forge(file, name, value):
+    """Adds an integer that all ranks share to a checkpoint."""
+    with h5py.File(file, "a") as f:
+        old = bytes(f["header"][...])
+        header = json.loads(old)
+        header["entries"].append({"name": name, "type": "integer",
+                                  "is_distributed": False})
+        new = json.dumps(header, separators=(",", ":")).encode()
+        total = (int(f.attrs["checksum"]) - checksum("header", old)
+                 + checksum("header", new)
+                 + checksum("shared/" + name, [value])) % (1 << 64)
+        del f["header"]
+        f["header"] = numpy.frombuffer(new, dtype=numpy.uint8)
+        f["shared/" + name] = numpy.int64(value)
+        f.attrs.modify("checksum",
+                       numpy.array(total, dtype=numpy.uint64).view(numpy.int64))
+
+
 class Restarted(RestartTest):
     def setUp(self):
         super().setUp()
@@ -369,6 +408,17 @@ class Restarted(RestartTest):
                 stderr = self.run_code(IO_FAILURE, "--restart", file)
                 self.assertIn(str(file), stderr)
                 self.assertEqual(self.contents(), before)
+
+    def test_a_refusal_removes_nothing(self):
+        """A checkpoint with an entry that only another program knows."""
+        self.run_code(FINISHED, "--restart", "latest")
+        file = checkpoints(self.output)[-1]
+        forge(file, "run/unknown", 7)
+        before = self.contents()
+        for more in [], ["--overwrite"]:
+            stderr = self.run_code(IO_FAILURE, "--restart", file, *more)
+            self.assertIn("run/unknown is unknown here", stderr)
+            self.assertEqual(self.contents(), before)
 
     def test_no_checkpoint_to_fall_back_to(self):
         for file in checkpoints(self.output):

@@ -209,7 +209,34 @@ class Rows(StudyTest):
         self.study(path)
         coarse, same = self.result()["rows"]
         self.assertGreater(coarse["errors"]["density.L1"], 1e-3)
-        self.assertEqual(same["errors"]["density.L1"], 0)
+        self.assertEqual(same["errors"], {}) # it is the reference itself
+
+    def test_runs_are_judged_anew_by_another_yardstick(self):
+        """Runs are those of before, their errors as of a study of its own."""
+        probes = [{"type": "point", "name": "p", "at": [0.4]}]
+        last = {"type": "run", "set": {"grid.cells": [80]}}
+        known = {"type": "known", "values": {"p.density": 0.7}}
+        used = self.output
+        for k, (reference, error) in enumerate([
+                (last, "density.L1"), ({"type": "finer"}, "density.L1"),
+                ({"type": "exact"}, "density.L1"), ({"type": "finer"}, "p.density"),
+                (known, "p.density")]):
+            path = self.write(vary=[{"grid.cells": [[10], [20], [40]]}],
+                              probes=probes, repeats=1, reference=reference,
+                              error=error)
+            with self.subTest(reference=reference, error=error):
+                self.study(path)
+                rows = self.result()["rows"]
+                made = {row["id"]: row["wall_rounds"] for row in rows}
+                if k > 0:
+                    self.assertEqual(made, before)
+                before = made
+                self.output = self.directory / f"alone{k}"
+                self.study(path)
+                alone = self.result()["rows"]
+                self.output = used
+                self.assertEqual([row.get("errors") for row in rows],
+                                 [row.get("errors") for row in alone])
 
 
 class Advice(StudyTest):
@@ -477,6 +504,14 @@ class Effects(StudyTest):
         path = self.write(kind="effects", repeats=1, **keys)
         shown = self.study(path).stdout
         return path, shown, self.result()
+
+    def test_a_probe_that_finds_nothing(self):
+        _, _, study = self.effects(
+            set={"grid.cells": [20]}, error="front.distance",
+            probes=[{"type": "crossing", "name": "front", "field": "density",
+                     "from": [0.5], "to": [1.0], "value": 5}])
+        for row in study["rows"][1:]:
+            self.assertIsNone(row["errors"]["front.distance.change"])
 
     def test_each_effect_is_left_out_once(self):
         path, shown, study = self.effects(set={"grid.cells": [20]})

@@ -162,6 +162,24 @@ TEST( Study, CandidatesLieOnTheGridsOfTheRuns )
     EXPECT_NEAR( all[7].error, 1.0 / ( 80 * 80 ), 1e-12 );
 }
 
+// Of grids with as many cells in other shapes the dearest and the roughest
+// counts.
+TEST( Study, EqualCountsOfCellsAreOnePoint )
+{
+    auto line = secondOrder();
+    line.cells.insert( line.cells.begin() + 2, { 10, 40 } ); // as 20 x 20
+    line.seconds.insert( line.seconds.begin() + 2, line.seconds[1] / 2 );
+    line.errors.insert( line.errors.begin() + 2, 2 * line.errors[1] );
+    const auto all = candidates( line, 0 );
+    ASSERT_FALSE( all.empty() );
+    for ( const auto& candidate : all )
+    {
+        EXPECT_GT( candidate.seconds, 0 );
+        EXPECT_GT( candidate.error, 0 );
+        EXPECT_TRUE( std::isfinite( candidate.seconds + candidate.error ) );
+    }
+}
+
 TEST( Study, AnErrorThatFallsFasterThanTheSchemeIsNotCarriedOn )
 {
     auto line = secondOrder();
