@@ -47,18 +47,16 @@ struct Shares
 
 } // namespace
 
-void shareTurns( const char* label, const int count, const int few,
+void shareTurns( const char* label, const int count, const int share,
                  const void* turns, void ( *take )( const void*, int, int ) )
 {
     // No backend of a GPU calls this.
     using Threads = std::conditional_t<runs_on_host, ExecutionSpace,
                                        Kokkos::DefaultHostExecutionSpace>;
-    const int threads = loopThreads();
-    const int share = shareOf( count, threads, few );
     const Shares shares{ turns, take, count, share };
     if ( share < count )
         return Kokkos::parallel_for(
-            label, Kokkos::RangePolicy<Threads>( 0, threads ), shares );
+            label, Kokkos::RangePolicy<Threads>( 0, loopThreads() ), shares );
     static const std::uint32_t device =
         Kokkos::Tools::Experimental::device_id( ExecutionSpace() );
     const bool is_told = Kokkos::Tools::profileLibraryLoaded();

@@ -15,8 +15,8 @@
 
 #include <core/types.hpp>
 
-#include <numeric>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace Machpoint
@@ -79,8 +79,17 @@ void take( const void* turns, const int first, const int last )
   the words for profilers) would else be compiled for each kernel, and was a
   quarter of the library.
 */
-void shareTurns( const char* label, int count, int few, const void* turns,
+void shareTurns( const char* label, int count, int share, const void* turns,
                  void ( *take )( const void*, int, int ) );
+
+//! The same of turns whose type is known. \param share turns of a thread
+template <class Turns>
+void shareTurns( const char* label, const int count, const int share,
+                 const Turns& turns )
+{
+    shareTurns( label, count, share, static_cast<const void*>( &turns ),
+                &take<Turns> );
+}
 
 //! A loop of a GPU.
 template <class Turns>
@@ -106,11 +115,41 @@ struct Turns
     }
 };
 
-//! What a thread of a CPU found, in a cache line of its own.
+//! What each thread of a CPU finds, in a cache line of its own.
 template <class Found>
-struct alignas( 64 ) Part
+class Parts
 {
-    Found found;
+  public:
+    //! Of the threads that share some turns. \param share of each
+    Parts( const int count, const int share, const Found& start )
+        : _share( share ), _first( start ),
+          _others( count > share ? ( count - 1 ) / share : 0, Part{ start } )
+    {
+    }
+
+    //! That of the thread whose turns begin with this one.
+    Found& of( const int first )
+    {
+        return first == 0 ? _first : _others[first / _share - 1].found;
+    }
+    //! Visits that of the first thread, then of the second, ...
+    template <class Visitor>
+    void forEach( const Visitor& visit )
+    {
+        visit( _first );
+        for ( auto& part : _others )
+            visit( part.found );
+    }
+
+  private:
+    struct alignas( 64 ) Part
+    {
+        Found found;
+    };
+
+    int _share;
+    Found _first; // no memory is asked for where there is no other
+    std::vector<Part> _others;
 };
 
 //! \name What a reduction begins with, adds up, and leaves
@@ -160,7 +199,8 @@ void forEachShare( const char* label, const int count,
                    [[maybe_unused]] const int few, const Turns& turns )
 {
     if constexpr ( runs_on_host )
-        Impl::shareTurns( label, count, few, &turns, &Impl::take<Turns> );
+        Impl::shareTurns( label, count, shareOf( count, loopThreads(), few ),
+                          turns );
     else
         Kokkos::parallel_for( label, RangeOf<Blocks>( 0, count ),
                               Impl::OneTurn<Turns>{ turns } );
@@ -187,36 +227,38 @@ void reduceEach( const char* label, const int count, const int few,
 {
     if constexpr ( runs_on_host )
     {
-        // The turns from k times this on are thread k's.
         const int share = shareOf( count, loopThreads(), few );
         const auto neutral = std::make_tuple( Impl::neutralOf( results )... );
-        std::vector<Impl::Part<std::decay_t<decltype( neutral )>>> parts(
-            loopThreads(), { neutral } );
-        forEachShare( label, count, few,
-                      [&]( const int first, const int last )
-                      {
-                          Own<Body> own = body;
-                          auto found = neutral;
-                          std::apply(
-                              [&]( auto&... values )
-                              {
-                                  for ( int i = first; i < last; ++i )
-                                      own( i, values... );
-                              },
-                              found );
-                          parts[first / share].found = found;
-                      } );
+        Impl::Parts parts( count, share, neutral );
+        Impl::shareTurns( label, count, share,
+                          [&]( const int first, const int last )
+                          {
+                              Own<Body> own = body;
+                              auto found = neutral;
+                              std::apply(
+                                  [&]( auto&... values )
+                                  {
+                                      for ( int i = first; i < last; ++i )
+                                          own( i, values... );
+                                  },
+                                  found );
+                              parts.of( first ) = found;
+                          } );
+        auto sum = neutral;
         std::apply(
             [&]( auto&... sums )
             {
-                for ( std::size_t k = 1; k < parts.size(); ++k )
-                    std::apply(
-                        [&]( const auto&... values )
-                        { ( Impl::joinTo( results, sums, values ), ... ); },
-                        parts[k].found );
+                parts.forEach(
+                    [&]( const auto& part )
+                    {
+                        std::apply(
+                            [&]( const auto&... values )
+                            { ( Impl::joinTo( results, sums, values ), ... ); },
+                            part );
+                    } );
                 ( Impl::assignTo( results, sums ), ... );
             },
-            parts.front().found );
+            sum );
     }
     else
         Kokkos::parallel_reduce( label, Range( 0, count ), body, results... );
@@ -237,27 +279,27 @@ int scanEach( const char* label, const int count, const int few,
     if constexpr ( runs_on_host )
     {
         const int share = shareOf( count, loopThreads(), few );
-        std::vector<int> ahead( loopThreads() ); // of each thread's turns
+        Impl::Parts ahead( count, share, 0 ); // of each thread's turns
         const auto pass = [&]( const bool final )
         {
-            forEachShare( label, count, few,
-                          [&]( const int first, const int last )
-                          {
-                              Own<Body> own = body;
-                              int k = ahead[first / share];
-                              for ( int i = first; i < last; ++i )
-                                  own( i, k, final );
-                              ahead[first / share] = k;
-                          } );
+            Impl::shareTurns( label, count, share,
+                              [&]( const int first, const int last )
+                              {
+                                  Own<Body> own = body;
+                                  int k = ahead.of( first );
+                                  for ( int i = first; i < last; ++i )
+                                      own( i, k, final );
+                                  ahead.of( first ) = k;
+                              } );
         };
         if ( share < count )
         {
             pass( false );
-            std::exclusive_scan( ahead.begin(), ahead.end(), ahead.begin(), 0 );
+            ahead.forEach( [&]( int& part )
+                           { sum += std::exchange( part, sum ); } );
         }
         pass( true );
-        if ( count > 0 )
-            sum = ahead[( count - 1 ) / share];
+        ahead.forEach( [&]( const int part ) { sum = part; } );
     }
     else
         Kokkos::parallel_scan( label, Range( 0, count ), body, sum );

@@ -394,11 +394,6 @@ void OutputDirectory::checkpoint( Archive& archive )
     onRoot( _ranks, [&] { removeFile( _directory / "summary.json" ); } );
 }
 
-bool OutputDirectory::isCheckpointed( const std::string_view name )
-{
-    return name.starts_with( "outputs/" );
-}
-
 std::map<std::string, OutputDirectory::Entries*> OutputDirectory::kinds()
 {
     return { { "particles", &_particle_entries }, { "grid", &_grid_entries } };

@@ -14,11 +14,11 @@
 #include <core/file.hpp>
 #include <core/hdf5_file.hpp>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace Machpoint
@@ -133,8 +133,9 @@ class OutputDirectory
     */
     void checkpoint( Archive& archive );
 
-    //! Is this what checkpoint() writes? \param name of an archive's entry
-    static bool isCheckpointed( std::string_view name );
+    //! What checkpoint() writes and reads.
+    static constexpr std::array<const char*, 2> entries = {
+        "outputs/grid", "outputs/particles" };
 
   private:
     // A file below the directory, written by the root.

@@ -19,6 +19,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -222,8 +223,14 @@ void resume( Checkpoint& restart, const Visitor& checkpoint )
     try
     {
         checkpoint( restart.archive );
-        for ( const auto& [name, entry] : restart.archive.entries() )
-            if ( !OutputDirectory::isCheckpointed( name ) )
+        const auto& left = restart.archive.entries();
+        const auto& outputs = OutputDirectory::entries;
+        for ( const std::string name : outputs )
+            if ( !left.contains( name ) )
+                throw ArchiveError( "there is no " + name );
+        for ( const auto& [name, entry] : left )
+            if ( std::find( outputs.begin(), outputs.end(), name ) ==
+                 outputs.end() )
                 throw ArchiveError( name + " is unknown here" );
     }
     catch ( const ArchiveError& error )

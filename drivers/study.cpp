@@ -243,13 +243,24 @@ class Laboratory
     {
         const auto folder =
             _folder / "runs" / record.at( "id" ).get<std::string>();
-        const auto summary = folder / "summary.json";
-        if ( !fs::exists( summary ) )
+        if ( isFieldError( _study.error ) && !fs::exists( folder / "grid" ) )
             return false;
         for ( const auto* key : { "errors", "values", "compared_to" } )
             record.erase( key );
-        readResults( record, folder,
-                     Json::parse( readFile( summary.string() ) ) );
+        try
+        {
+            const auto summary =
+                readFile( ( folder / "summary.json" ).string() );
+            readResults( record, folder, Json::parse( summary ) );
+        }
+        catch ( const IoError& )
+        {
+            return false;
+        }
+        catch ( const Json::exception& )
+        {
+            return false;
+        }
         return true;
     }
 

@@ -10,6 +10,7 @@ import os
 import pathlib
 import random
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -412,13 +413,19 @@ class Restarted(RestartTest):
     def test_a_refusal_removes_nothing(self):
         """A checkpoint with an entry that only another program knows."""
         self.run_code(FINISHED, "--restart", "latest")
-        file = checkpoints(self.output)[-1]
-        forge(file, "run/unknown", 7)
-        before = self.contents()
-        for more in [], ["--overwrite"]:
-            stderr = self.run_code(IO_FAILURE, "--restart", file, *more)
-            self.assertIn("run/unknown is unknown here", stderr)
+        checkpoint = checkpoints(self.output)[-1]
+        for name in "run/unknown", "outputs/unknown":
+            file = self.directory / "forged.h5"
+            shutil.copy(checkpoint, file)
+            forge(file, name, 7)
+            before = self.contents()
+            stderr = self.run_code(IO_FAILURE, "--restart", file, "--overwrite")
+            self.assertIn(f"{name} is unknown here", stderr)
             self.assertEqual(self.contents(), before)
+        forge(checkpoint, "run/unknown", 7)
+        before = self.contents()
+        self.run_code(IO_FAILURE, "--restart", "latest")
+        self.assertEqual(self.contents(), before)
 
     def test_no_checkpoint_to_fall_back_to(self):
         for file in checkpoints(self.output):

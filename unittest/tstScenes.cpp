@@ -502,8 +502,10 @@ TEST( Conservative, lookingAtARunChangesNothing )
         seen->step( 0.3 );
     }
     EXPECT_EQ( run->particles(), seen->particles() );
-    EXPECT_EQ( run->time(), seen->time() );
-    EXPECT_EQ( run->totals().internal, seen->totals().internal );
+    // A GPU adds in another order in every run.
+    const Real near = runs_on_host ? 0.0 : tolerance( 1e-12 );
+    EXPECT_NEAR( run->time(), seen->time(), near );
+    EXPECT_NEAR( run->totals().internal, seen->totals().internal, near );
 }
 
 // A stream that meets another pressure beyond sends back the wave that its own

@@ -390,9 +390,9 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                                      Lanes( 0.25 ) );
                 // e stays, of which this much is heat.
                 if ( reference > 0 )
-                    change *= Kokkos::max( 1 - reference * volume /
-                                                   ( load( m, p ) * new_e ),
-                                           Lanes( 0.0 ) );
+                    change *= clip( Lanes( 1 - reference * volume /
+                                                   ( load( m, p ) * new_e ) ),
+                                    Lanes( 0.0 ), Lanes( 1.0 ) );
                 volume *= 1 - change;
             }
             store( next_V, volume, p );

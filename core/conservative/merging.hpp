@@ -109,7 +109,7 @@ struct Merging
     AffineMoment moment_of;
     Real largest;       //!< volume of a merged particle
     Real reference;     //!< p_inf of a stiffened gas
-    Real squared_sound; //!< c^2 over heat
+    Real squared_sound; //!< c^2 over heat, of an ideal or a stiffened gas
     Member<Position> x;
     Member<Velocity> v;
     Member<VelocityGradient> C;
@@ -173,7 +173,8 @@ struct Merging
                 distance += dx * dx;
                 slip += dv * dv;
             }
-            // Of the gas as it is: slices have the speed of sound of before.
+            // Of the gas as it is: the slice has the speed of sound that the
+            // last step, or an output, began with.
             if ( slip < 0.04_rt * squared_sound * heat( p ) &&
                  distance < nearest * ( 1 - round_off ) )
             {
