@@ -167,9 +167,9 @@ TEST( Study, CandidatesLieOnTheGridsOfTheRuns )
 TEST( Study, EqualCountsOfCellsAreOnePoint )
 {
     auto line = secondOrder();
-    line.cells.insert( line.cells.begin() + 2, { 10, 40 } ); // as 20 x 20
-    line.seconds.insert( line.seconds.begin() + 2, line.seconds[1] / 2 );
-    line.errors.insert( line.errors.begin() + 2, 2 * line.errors[1] );
+    line.cells.push_back( { 20, 80 } ); // as many as 40 x 40
+    line.seconds.push_back( line.seconds.back() / 2 );
+    line.errors.push_back( 2 * line.errors.back() );
     const auto all = candidates( line, 0 );
     ASSERT_FALSE( all.empty() );
     for ( const auto& candidate : all )
