@@ -21,7 +21,7 @@ namespace Machpoint
   the pattern's cell alone. Particles and nodes within `buffer` cells of the
   side keep the stream's state: the mirror image beyond the side does not fit a
   lattice that moves, and its noise must not reach the gas. Particles that leave
-  through the side are removed.
+  through the side are removed, and none enters inside a body.
 */
 template <int Dim>
 class Inflow : public SideBoundary<Dim>
@@ -69,7 +69,10 @@ class Inflow : public SideBoundary<Dim>
         archive( "advanced", _advanced );
     }
 
-    void initialize( State<Dim>& state ) override { imposeStream( state ); }
+    void initialize( State<Dim>& state ) override
+    {
+        imposeStream( state, true );
+    }
 
     void layOut( State<Dim>& state ) override
     {
@@ -109,7 +112,7 @@ class Inflow : public SideBoundary<Dim>
     void applyToParticles( State<Dim>& state ) override
     {
         Impl::markBeyond( state, this->_part );
-        imposeStream( state );
+        imposeStream( state, false );
     }
 
     void inject( State<Dim>& state ) override
@@ -139,14 +142,17 @@ class Inflow : public SideBoundary<Dim>
         const auto entering = _entering.take( candidates );
         const double after = _advanced;
         const auto box = state.layout.box;
+        const auto bodies = state.bodies;
         const int count = scanEach(
             "Machpoint::findEntering", candidates, few_particles,
             MACHPOINT_LAMBDA( const int k, int& n, const bool final ) {
                 const double depth = pattern.depth( k );
                 if ( depth < before || depth >= after ||
                      !pattern.part.contains( pattern.grid,
-                                             pattern.place( k, depth ) ) ||
-                     !box.contains( pattern.grid, pattern.place( k, after ) ) )
+                                             pattern.place( k, depth ) ) )
+                    return;
+                const auto y = pattern.place( k, after );
+                if ( !box.contains( pattern.grid, y ) || bodies.contain( y ) )
                     return;
                 if ( final )
                     entering( n ) = k;
@@ -254,7 +260,9 @@ class Inflow : public SideBoundary<Dim>
     };
 
     //! Particles in the buffer keep the stream's state.
-    void imposeStream( State<Dim>& state )
+    //! \param fills do they take its mass, too, and keep the volume that they
+    //! were laid with? Else they keep their mass.
+    void imposeStream( State<Dim>& state, const bool fills )
     {
         const auto x = state.particles.template slice<Position>();
         const auto v = state.particles.template slice<Velocity>();
@@ -277,9 +285,12 @@ class Inflow : public SideBoundary<Dim>
                            [&]( const int p )
                            {
                                const auto y = loadVector<Dim>( x, p );
-                               if ( part.depth( grid, y ) < width &&
-                                    part.contains( grid, y ) )
-                                   stream.impose( p, v, L, m, V, e );
+                               if ( part.depth( grid, y ) >= width ||
+                                    !part.contains( grid, y ) )
+                                   return;
+                               if ( fills )
+                                   m( p ) = stream.density * V( p );
+                               stream.impose( p, v, L, m, V, e );
                            } );
             } );
     }

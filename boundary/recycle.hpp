@@ -73,6 +73,7 @@ class Recycle : public Module<Dim>
         const auto id = state.particles.template slice<Id>();
         const auto grid = state.grid;
         const auto stream = _stream;
+        const auto bodies = state.bodies;
         const auto seed = state.seed;
         const auto step = static_cast<std::uint64_t>( state.step );
         const int axis = _side / 2;
@@ -87,18 +88,29 @@ class Recycle : public Module<Dim>
                 if ( x( p, axis ) >= grid.lower[axis] &&
                      x( p, axis ) < grid.upper[axis] )
                     return;
-                for ( int d = 0; d < Dim; ++d )
+                // Draws again what a body holds; it pushes out what it still
+                // holds after the last.
+                Vector<Dim> y{};
+                for ( int draw = 0; draw < most_draws; ++draw )
                 {
-                    const Real draw = uniformRandom(
-                        seed ^ mixBits( step + 1 ),
-                        static_cast<std::uint64_t>( id( p ) ), d );
-                    const Real length = d == axis
-                                            ? grid.spacing[d]
-                                            : grid.upper[d] - grid.lower[d];
-                    x( p, d ) = d == axis && !enters_low
-                                    ? grid.upper[d] - ( 1 - draw ) * length
-                                    : grid.lower[d] + draw * length;
+                    for ( int d = 0; d < Dim; ++d )
+                    {
+                        const Real f = uniformRandom(
+                            seed ^ mixBits( step + 1 ),
+                            static_cast<std::uint64_t>( id( p ) ),
+                            draw * Dim + d );
+                        const Real length = d == axis
+                                                ? grid.spacing[d]
+                                                : grid.upper[d] - grid.lower[d];
+                        y[d] = d == axis && !enters_low
+                                   ? grid.upper[d] - ( 1 - f ) * length
+                                   : grid.lower[d] + f * length;
+                    }
+                    if ( !bodies.contain( y ) )
+                        break;
                 }
+                for ( int d = 0; d < Dim; ++d )
+                    x( p, d ) = y[d];
                 stream.impose( p, v, L, m, V, e );
                 recycled( k ) = p;
             } );
@@ -106,6 +118,9 @@ class Recycle : public Module<Dim>
     }
 
   private:
+    //! Of a place for one particle.
+    static constexpr int most_draws = 64;
+
     int _side;
     Stream<Dim> _stream;
     Reused<int> _recycled{ "Machpoint::recycled" };

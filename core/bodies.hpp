@@ -47,6 +47,12 @@ struct Bodies
         Kokkos::deep_copy( image_reach, cells );
     }
 
+    //! Is a place inside one of them?
+    KOKKOS_FUNCTION bool contain( const Vector<Dim>& x ) const
+    {
+        return count > 0 && shape.distance( x ) < 0;
+    }
+
     //! Distance and normal of one of them.
     KOKKOS_FUNCTION Nearest<Dim> nearest( const Vector<Dim>& x,
                                           const int body ) const

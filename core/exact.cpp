@@ -473,15 +473,20 @@ Vector3 unitNormal( const Json& initial )
     return normal;
 }
 
-//! The first entry of a type in a list of the input.
-const Json& firstOfType( const Json& input, const std::string& list,
-                         const std::string& type )
+//! The entry of /initial of a type that lies on top: the last that fills the
+//! domain, or else the last.
+const Json& topOfType( const Json& input, const std::string& type )
 {
-    for ( const Json& entry : input.at( list ) )
-        if ( entry.at( "type" ) == type )
-            return entry;
+    const Json* top = nullptr;
+    for ( const Json& entry : input.at( "initial" ) )
+        if ( entry.at( "type" ) == type &&
+             ( !top || !entry.contains( "region" ) ||
+               top->contains( "region" ) ) )
+            top = &entry;
+    if ( top )
+        return *top;
     throw std::invalid_argument( "/exact: needs an entry of type \"" + type +
-                                 "\" in /" + list );
+                                 "\" in /initial" );
 }
 
 //! Swaps the x axis and a unit vector by reflection; its own inverse.
@@ -626,9 +631,8 @@ class AcousticWaveExact : public ExactSolution
 {
   public:
     explicit AcousticWaveExact( const Json& input )
-        : _wave( makeAcousticWave(
-              firstOfType( input, "initial", "acoustic_wave" ),
-              gasLaw( input ) ) )
+        : _wave( makeAcousticWave( topOfType( input, "acoustic_wave" ),
+                                   gasLaw( input ) ) )
     {
         const double end = input.at( "time" ).at( "end" );
         if ( end > _wave.breakingTime() )
@@ -653,8 +657,7 @@ class VortexExact : public ExactSolution
   public:
     explicit VortexExact( const Json& input )
         : _vortex( makeIsentropicVortex(
-              firstOfType( input, "initial", "isentropic_vortex" ),
-              gasLaw( input ) ) )
+              topOfType( input, "isentropic_vortex" ), gasLaw( input ) ) )
     {
         const Json& grid = input.at( "grid" );
         for ( const Json& entry : input.at( "boundary" ) )
@@ -691,7 +694,7 @@ class SedovExact : public ExactSolution
 {
   public:
     explicit SedovExact( const Json& input )
-        : _blast( firstOfType( input, "initial", "blast" ) ),
+        : _blast( topOfType( input, "blast" ) ),
           _ambient( ambient( input, _blast ) ),
           _center( toVector3( _blast.at( "center" ) ) ),
           _dimension( static_cast<int>( _blast.at( "center" ).size() ) ),
@@ -726,17 +729,19 @@ class SedovExact : public ExactSolution
     int _dimension;
     SedovSolution _solution;
 
-    //! What the blast says of the gas, or else a uniform entry, or else the
-    //! blast's defaults.
+    //! What the blast says of the gas, or else the uniform entry below it, or
+    //! else the blast's defaults.
     static GasState ambient( const Json& input, const Json& blast )
     {
         GasState gas = { 1, { 0, 0, 0 }, 1e-5 };
         for ( const Json& entry : input.at( "initial" ) )
-            if ( entry.at( "type" ) == "uniform" )
-            {
-                gas = toGasState( entry );
+        {
+            if ( entry == blast )
                 break;
-            }
+            if ( entry.at( "type" ) == "uniform" &&
+                 !entry.contains( "region" ) )
+                gas = toGasState( entry );
+        }
         if ( blast.contains( "density" ) )
             gas.density = blast.at( "density" );
         if ( blast.contains( "velocity" ) )
@@ -752,10 +757,9 @@ class NohExact : public ExactSolution
 {
   public:
     explicit NohExact( const Json& input )
-        : _noh( makeNoh( firstOfType( input, "initial", "noh" ),
-                         gasLaw( input ) ) )
+        : _noh( makeNoh( topOfType( input, "noh" ), gasLaw( input ) ) )
     {
-        const auto initial = firstOfType( input, "initial", "noh" );
+        const auto initial = topOfType( input, "noh" );
         const double speed = initial.at( "speed" );
         const double inertia =
             initial.at( "density" ).get<double>() * speed * speed;
@@ -806,7 +810,7 @@ std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
     const Json& exact = resolved_input.at( "exact" );
     const std::string type = exact.at( "type" ).get<std::string>();
     const auto initial = [&]( const std::string& name ) -> const Json&
-    { return firstOfType( resolved_input, "initial", name ); };
+    { return topOfType( resolved_input, name ); };
 
     try
     {

@@ -938,6 +938,40 @@ TEST( Exact, Sedov )
     }
 }
 
+// What later entries cover is not compared with.
+TEST( Exact, TheGasOnTop )
+{
+    const auto uniform = []( const double density, const double pressure )
+    {
+        return Json{ { "type", "uniform" },
+                     { "density", density },
+                     { "velocity", { 1, 0 } },
+                     { "pressure", pressure } };
+    };
+    auto patch = uniform( 3, 3 );
+    patch["region"] = { { "type", "sphere" } };
+    Json input = exactInput( uniform( 1, 1 ), "uniform" );
+    input["initial"].push_back( uniform( 2, 4 ) );
+    input["initial"].push_back( patch );
+    const auto density = [&] {
+        return makeExact( input )->state( { 0, 0, 0 }, 0 ).density;
+    };
+    EXPECT_EQ( density(), 2 );
+    input["exact"] = { { "type", "piston_shock" },
+                       { "axis", "x" },
+                       { "position", -1 },
+                       { "velocity", 0 } };
+    EXPECT_EQ( density(), 2 );
+    // A blast adds to the gas below it.
+    input["initial"].push_back( { { "type", "blast" },
+                                  { "center", { 9, 9 } },
+                                  { "radius", 0.1 },
+                                  { "energy", 1 } } );
+    input["initial"].push_back( uniform( 5, 5 ) );
+    input["exact"] = { { "type", "sedov" } };
+    EXPECT_EQ( density(), 2 );
+}
+
 //! The message of what makeExact throws.
 std::string errorOf( const Json& input )
 {

@@ -270,6 +270,71 @@ TEST( OpenScene, recycleKeepsEveryParticle )
     EXPECT_NEAR( run->totals().mass, 1.4, tolerance( 1e-13 ) );
 }
 
+// A floor that begins upstream: no gas enters inside it, and a stream along it
+// goes on as it was.
+TEST( OpenScene, noGasEntersABody )
+{
+    const Json floor = {
+        { "type", "box" }, { "lower", { -1, -1 } }, { "upper", { 2, 0.3 } } };
+    for ( const bool recycles : { false, true } )
+    {
+        auto input = streamPast( floor, 2, 16, 3, "conservative", "quadratic" );
+        if ( recycles )
+        {
+            auto& boundary = input["boundary"];
+            boundary[1] = boundary[0];
+            boundary[1]["type"] = "recycle";
+            boundary[1]["side"] = "x_upper";
+            boundary.erase( boundary.begin() );
+        }
+        auto run = simulate( input );
+        const Real before = run->totals().mass;
+        while ( run->time() < 0.7 )
+        {
+            advance( *run, 1 );
+            const auto data = run->particleData();
+            for ( std::size_t p = 0; p < data.mass.size(); ++p )
+                ASSERT_GT( data.position[2 * p + 1], 0.3 ) << recycles;
+        }
+        // Up to one column of particles.
+        EXPECT_NEAR( run->totals().mass, before, 1.4 / 32 );
+    }
+}
+
+// A stream of another density than the gas before it moves this ahead: nothing
+// else happens at a contact.
+TEST( OpenScene, aStreamBringsItsOwnDensity )
+{
+    for ( const std::string method : { "apic", "conservative" } )
+        for ( const double density : { 0.1, 10.0 } )
+        {
+            auto input = box( 1, 100, 4, method, "quadratic", "slip_wall" );
+            input["initial"][0]["density"] = 1;
+            input["initial"][0]["velocity"] = { 1 };
+            input["boundary"][0] = inflow( "x_lower", { 1 } );
+            input["boundary"][0]["density"] = density;
+            input["boundary"][1]["type"] = "outflow";
+            auto run = simulate( input );
+            const auto label = fmt::format( "{} {}", method, density );
+            // The centred pressure of apic stirs any contact of lattices.
+            const Real bound = method == "apic" ? 0.2 : tolerance( 1e-8 );
+            // Two cells of the stream are there from the beginning.
+            EXPECT_NEAR( run->totals().mass, 1 + ( density - 1 ) * 0.02,
+                         tolerance( 1e-12 ) )
+                << label;
+            advanceTo( *run, 0.3 );
+            const auto data = run->particleData();
+            Real volume = 0;
+            for ( std::size_t p = 0; p < data.mass.size(); ++p )
+            {
+                volume += data.mass[p] / data.density[p];
+                EXPECT_NEAR( data.pressure[p], 1, bound ) << label;
+                EXPECT_NEAR( data.velocity[p], 1, bound ) << label;
+            }
+            EXPECT_NEAR( volume, 1, 0.02 * bound + tolerance( 1e-8 ) ) << label;
+        }
+}
+
 // A side may be shared: a jet through a part of it, a wall elsewhere.
 TEST( OpenScene, regionsShareASide )
 {
