@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 
 
-def features(path, h, center, radius, free, behind):
+def features(path, lower, h, center, radius, free, behind):
     with h5py.File(path) as f:
         x, y = f["position"][:].T
         mass = f["mass"][:]
@@ -29,10 +29,10 @@ def features(path, h, center, radius, free, behind):
         pressure = f["pressure"][:]
     xc, yc = center
     line = (abs(y - yc) < h) & (x < xc - radius)
-    slab = (x[line] / h).astype(int)
+    slab = ((x[line] - lower) / h).astype(int)
     v = np.bincount(slab, volume[line])
     rho = np.bincount(slab, mass[line]) / np.maximum(v, 1e-300)
-    place = (np.arange(len(v)) + 0.5) * h
+    place = lower + (np.arange(len(v)) + 0.5) * h
     rho, place = rho[v > 0], place[v > 0]
     middle = 0.5 * (free + behind)
     passes = np.where((rho[:-1] < middle) & (rho[1:] >= middle))[0]
@@ -69,9 +69,13 @@ def main():
         with h5py.File(path) as f:
             time = f.attrs["time"]
         if time >= first - 1e-9:
-            rows.append((time,) + features(path, h, body["center"],
-                                           body["radius"], gas["density"],
+            rows.append((time,) + features(path, grid["lower"][0], h,
+                                           body["center"], body["radius"],
+                                           gas["density"],
                                            ratio * gas["density"]))
+    if not rows:
+        sys.exit(f"{folder}: no output of particles from t = {first:g} on; "
+                 "give an earlier time as second argument")
     t, standoff, pitot = np.array(rows).T
     print(f"{len(t)} outputs, t = {t[0]:.3g} to {t[-1]:.3g}")
     print(f"stand-off {np.nanmean(standoff):.3f} R "

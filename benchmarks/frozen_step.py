@@ -158,9 +158,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--docs", action="store_true",
                         help="write the table to docs/conservative.md")
+    arguments = parser.parse_args()
     found = table()
     print(found)
-    if parser.parse_args().docs:
+    if arguments.docs:
         text = DOCS.read_text()
         head, rest = text.split(BEGIN)
         DOCS.write_text(head + BEGIN + found + END + rest.split(END)[1])

@@ -157,6 +157,10 @@ def main():
                         default=str(ROOT / "build/openmp/machpoint"))
     parser.add_argument("--threads", type=int, default=1)
     arguments = parser.parse_args()
+    for name in arguments.names:
+        if name not in TIMED and name not in JUDGED:
+            parser.error(f"no scene {name}; there are "
+                         + ", ".join(sorted({*TIMED, *JUDGED})))
     table(arguments,
           ["`--estimate`: told, real", "steps", "particles at the end", "seconds",
            "MiB"], TIMED, time_row)

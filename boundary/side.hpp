@@ -53,10 +53,10 @@ struct SidePart
         if ( everywhere )
             return true;
         // Along other axes x may be beyond the domain, too, and a region end at
-        // its edge.
+        // its edge. A hair further, as claimSides: a seam belongs to one.
         const Real hair = nudge * grid.minSpacing();
         for ( int d = 0; d < Dim; ++d )
-            x[d] = Kokkos::clamp( x[d], grid.lower[d] + hair,
+            x[d] = Kokkos::clamp( x[d] + hair, grid.lower[d] + hair,
                                   grid.upper[d] - hair );
         x[axis()] = place( grid );
         return region.distance( x ) < 0;

@@ -67,12 +67,12 @@ struct BoxCuts
   can be where the load is a product of the axes' own. A load on a diagonal is
   neither: no such cuts even it out.
   \param cells of the domain [Dim] \param ranks along each axis [Dim]
-  \param fewest cells of a box along a cut axis
+  \param fewest cells of a box along each axis that is cut [Dim]
   \param loads callable with an axis and the cuts of all, gives SlabLoads
 */
 template <int Dim, class Loads>
 BoxCuts<Dim> chooseCuts( const Indices<Dim>& cells, const Indices<Dim>& ranks,
-                         const int fewest, const Loads& loads )
+                         const Indices<Dim>& fewest, const Loads& loads )
 {
     // Gains below this are not worth another round, of which few are needed.
     constexpr double least_gain = 1e-3;
@@ -87,7 +87,7 @@ BoxCuts<Dim> chooseCuts( const Indices<Dim>& cells, const Indices<Dim>& ranks,
             if ( ranks[d] > 1 )
             {
                 auto found =
-                    cutAxis( loads( d, chosen.cuts ), ranks[d], fewest );
+                    cutAxis( loads( d, chosen.cuts ), ranks[d], fewest[d] );
                 chosen.cuts[d] = std::move( found.cuts );
                 chosen.heaviest = found.heaviest;
             }
@@ -193,11 +193,11 @@ class Balancer
     /*!
       \brief Moves the cuts where the imbalance exceeds the threshold and other
       cuts would lessen it by enough to pay for the move. Collective.
-      \param fewest cells of a box along a cut axis
+      \param fewest cells of a box along each axis that is cut [Dim]
       \return did they move? What hangs on the boxes must then follow
     */
     bool moveCuts( Decomposition<Dim>& decomposition, const Grid<Dim>& grid,
-                   const Particles<Dim>& particles, const int fewest )
+                   const Particles<Dim>& particles, const Indices<Dim>& fewest )
     {
         const auto loads = look( decomposition, particles );
         if ( loads.largest <= _threshold * loads.mean )

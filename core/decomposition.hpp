@@ -10,6 +10,8 @@
 #include <core/communicator.hpp>
 #include <core/grid.hpp>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <stdexcept>
@@ -135,12 +137,12 @@ class Decomposition
                    const Indices<Dim>& ranks )
         : _comm( communicator ), _ranks( ranks )
     {
-        int product = 1;
+        double product = 1; // as many as anyone may ask for
         for ( int d = 0; d < Dim; ++d )
             product *= ranks[d];
         if ( product != _comm.size() )
             throw std::invalid_argument(
-                "a decomposition into " + std::to_string( product ) +
+                fmt::format( "a decomposition into {:.15g}", product ) +
                 " boxes on " + std::to_string( _comm.size() ) +
                 " ranks; start as many ranks as there are boxes" );
         int rest = _comm.rank();

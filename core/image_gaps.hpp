@@ -13,7 +13,7 @@ namespace Machpoint
 {
 
 //! Part of what a face sees that images must fill, or its nodes rest.
-inline constexpr Real least_cover = 0.3;
+inline constexpr Real least_cover = 0.5;
 
 /*!
   \brief How much of the space that a face looks at is filled by gas, by its

@@ -1,5 +1,6 @@
 #include <core/initial_gas.hpp>
 
+#include <core/scene.hpp>
 #include <physics/modules.hpp>
 
 #include <fmt/format.h>
@@ -36,7 +37,9 @@ std::unique_ptr<InitialState> makeInitialState( const Json& json,
 } // namespace
 
 template <int Dim>
-InitialGas<Dim>::InitialGas( const Json& input ) : _law( findGasLaw( input ) )
+InitialGas<Dim>::InitialGas( const Json& input )
+    : _hair( nudge * makeGrid<Dim>( input ).minSpacing() ),
+      _law( findGasLaw( input ) )
 {
     const SceneFacts facts{ Dim, input };
     for ( const auto& json : input.at( "initial" ) )
@@ -68,7 +71,7 @@ GasState InitialGas<Dim>::at( const Vector<Dim>& x, Gradient& gradient ) const
     GasState gas{};
     gradient = {};
     for ( const auto& entry : _entries )
-        if ( entry.is_everywhere || entry.region.distance( x ) < 0 )
+        if ( reaches( entry, x ) )
             entry.state->apply( place, gas, gradient );
     return gas;
 }
@@ -88,7 +91,7 @@ std::string InitialGas<Dim>::fault( const Vector<Dim>& x,
         return {};
     std::size_t last = 0; // entry that reaches x
     for ( std::size_t k = 0; k < _entries.size(); ++k )
-        if ( _entries[k].is_everywhere || _entries[k].region.distance( x ) < 0 )
+        if ( reaches( _entries[k], x ) )
             last = k;
     std::string place;
     for ( int d = 0; d < Dim; ++d )

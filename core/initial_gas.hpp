@@ -16,7 +16,8 @@
 namespace Machpoint
 {
 
-//! Later entries go on top of earlier ones. Host only.
+//! Later entries go on top of earlier ones. Where two regions meet, a place on
+//! the seam belongs to one of them. Host only.
 template <int Dim>
 class InitialGas
 {
@@ -40,7 +41,20 @@ class InitialGas
         bool is_everywhere;
         HostShape region; // otherwise
     };
+    bool reaches( const Entry& entry, const Vector<Dim>& x ) const
+    {
+        return entry.is_everywhere || entry.region.distance( aside( x ) ) < 0;
+    }
+    //! A hair beside a place, by another measure along each axis.
+    Vector<Dim> aside( Vector<Dim> x ) const
+    {
+        for ( int d = 0; d < Dim; ++d )
+            x[d] += _hair / ( 1 + d );
+        return x;
+    }
+
     std::vector<Entry> _entries;
+    Real _hair;
     std::optional<GasLaw> _law;
 };
 

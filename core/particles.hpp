@@ -155,7 +155,7 @@ class Particles
             Impl::resizeWithSlack( _other, _aosoa.size() );
         for ( auto& sidecar : _sidecars )
             sidecar->beginStep( keeps );
-        _streams = keeps && bytesPerParticle() * size() > cached_bytes;
+        _streams = keeps && static_cast<Real>( bytes() ) > cached_bytes;
     }
     //! A member of the new state.
     template <std::size_t M>
@@ -405,16 +405,14 @@ class Particles
             sidecar->checkpoint( archive, _aosoa.size() );
     }
 
-    //! Bytes that one particle takes, sidecars and copies included.
-    Real bytesPerParticle() const
+    //! Bytes of all, sidecars and copies included.
+    std::size_t bytes() const
     {
-        if ( size() == 0 )
-            return 0;
         std::size_t bytes = ( _aosoa.numSoA() + _other.numSoA() ) *
                             sizeof( typename aosoa_type::soa_type );
         for ( const auto& sidecar : _sidecars )
             bytes += sidecar->bytes();
-        return static_cast<Real>( bytes ) / size();
+        return bytes;
     }
 
     //! Which particles are not to stay.

@@ -122,6 +122,54 @@ std::vector<Shape<Dim, Kokkos::HostSpace>> regionsOf( const Json& input,
     return regions;
 }
 
+//! A body that reaches through a periodic side must go on beyond the opposite
+//! one: asks at the nodes of both.
+template <int Dim>
+void checkPeriodicBodies( const Json& input, const Grid<Dim>& grid,
+                          std::vector<std::string>& errors )
+{
+    Json solids = Json::array();
+    Indices<Dim> is_periodic{};
+    for ( const auto& entry : input.at( "boundary" ) )
+    {
+        if ( const auto& hooks = boundaryHooks( entry, Dim ); hooks.solid )
+            solids.push_back( hooks.solid( entry ) );
+        for ( const auto& claim : sidesOf( entry, Dim ) )
+            if ( claim.kind == SideKind::periodic )
+                is_periodic[claim.side / 2] = 1;
+    }
+    if ( solids.empty() )
+        return;
+    const auto shape = makeShape<Dim, Kokkos::HostSpace>(
+        { { "type", "union" }, { "shapes", solids } } );
+    const NodeLayout<Dim> whole( grid, false, 0 );
+    // What rounding makes of a surface disturbs nothing.
+    const Real slight = 0.25_rt * grid.minSpacing();
+    const auto names = sideNames( Dim );
+    for ( int axis = 0; axis < Dim; ++axis )
+        for ( int t = 0;
+              is_periodic[axis] && t < Halo<Dim>::sideSize( whole, axis ); ++t )
+        {
+            auto x = whole.position( Halo<Dim>::sideNode( whole, axis, t ) );
+            x[axis] = grid.lower[axis];
+            const Real lower = shape.distance( x );
+            x[axis] = grid.upper[axis];
+            const Real upper = shape.distance( x );
+            if ( ( lower < 0 ) == ( upper < 0 ) ||
+                 Kokkos::abs( lower - upper ) < slight )
+                continue;
+            const int side = 2 * axis + ( lower < 0 ? 0 : 1 );
+            if ( lower < 0 )
+                x[axis] = grid.lower[axis];
+            errors.push_back( fmt::format(
+                "/boundary: the body that reaches through the periodic side {} "
+                "{} does not go on at {}; add it once more, moved by the "
+                "domain's length, as a member of a union",
+                names[side], near<Dim>( x ), names[side ^ 1] ) );
+            break;
+        }
+}
+
 //! Asks in the middle of each quarter of a cell of a side whose entries have
 //! regions; in 3D of 512 parts along an axis at most. A seam belongs to both.
 template <int Dim>
@@ -172,6 +220,7 @@ void checkSides( const Json& input )
         }
         tellOfSide( errors, names[side], gap, overlap );
     }
+    checkPeriodicBodies( input, grid, errors );
     if ( !errors.empty() )
         throw InputError( errors );
 }

@@ -90,6 +90,7 @@ class Simulation
     virtual std::int64_t particles() const = 0;
     //! What limited the last time step.
     virtual const std::string& limiter() const = 0;
+    //! Memory of all ranks' particles over their number. Collective.
     virtual double bytesPerParticle() const = 0;
 
     virtual Totals totals() const = 0;

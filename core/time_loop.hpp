@@ -81,7 +81,10 @@ class TimeLoop : public Simulation
     const std::string& limiter() const override { return _limiter; }
     double bytesPerParticle() const override
     {
-        return _scene.state.particles.bytesPerParticle();
+        const auto& particles = _scene.state.particles;
+        const auto count = comm().sum( std::int64_t( particles.size() ) );
+        const auto bytes = comm().sum( std::int64_t( particles.bytes() ) );
+        return count == 0 ? 0.0 : static_cast<double>( bytes ) / count;
     }
     Totals totals() const override { return sumParticles( _scene.state ); }
     const Extrema& extrema() const override { return _extrema; }
@@ -283,9 +286,9 @@ class TimeLoop : public Simulation
         {
             Profile::Phase phase( "balance" );
             // A box must be wider than its halo.
-            int fewest = 0;
+            Indices<Dim> fewest{};
             for ( int d = 0; d < Dim; ++d )
-                fewest = std::max( fewest, state.layout.halo[d] + 1 );
+                fewest[d] = state.layout.halo[d] + 1;
             if ( !_balancer.moveCuts( state.decomposition, state.grid,
                                       state.particles, fewest ) )
                 return;

@@ -42,8 +42,11 @@ class Survey
         {
             const auto place = fmt::format( "/boundary/{}", k++ );
             if ( const auto& hooks = boundaryHooks( entry, Dim ); hooks.solid )
-                _bodies.push_back( { place, makeShape<Dim, Kokkos::HostSpace>(
-                                                hooks.solid( entry ) ) } );
+                _bodies.push_back(
+                    { place,
+                      makeShape<Dim, Kokkos::HostSpace>( hooks.solid( entry ) ),
+                      entry.contains( "treatment" ) &&
+                          entry.at( "treatment" ) == "images" } );
         }
     }
 
@@ -92,6 +95,9 @@ class Survey
                 odd.push_back( body.place +
                                ": the body is outside the domain, where no "
                                "gas meets it; move it or leave it out" );
+        for ( const auto& body : _bodies )
+            if ( body.has_images )
+                tellIfThin( body, odd );
         return odd;
     }
 
@@ -101,8 +107,75 @@ class Survey
     {
         std::string place;
         Shape<Dim, Kokkos::HostSpace> shape;
+        bool has_images = false;
         double nearest_sample = Kokkos::Experimental::infinity_v<double>;
+        Vector<Dim> sample{}; // that one: the deepest, if it is inside
     };
+
+    //! From the deepest sample of a body to the deepest place nearby.
+    Vector<Dim> deepest( const Body& body ) const
+    {
+        auto x = body.sample;
+        Real least = body.shape.distance( x );
+        for ( Real step = _grid.maxSpacing();
+              step > 1e-3_rt * _grid.minSpacing(); )
+        {
+            bool is_deeper = false;
+            for ( int d = 0; d < Dim; ++d )
+                for ( const Real way : { -step, step } )
+                {
+                    auto y = x;
+                    y[d] += way;
+                    const Real distance = body.shape.distance( y );
+                    if ( distance >= least )
+                        continue;
+                    least = distance;
+                    x = y;
+                    is_deeper = true;
+                }
+            if ( !is_deeper )
+                step *= 0.5_rt;
+            else if ( -least > 100 * _grid.maxSpacing() )
+                break; // a half space has no end
+        }
+        return x;
+    }
+
+    /*!
+      \brief Tells of a body that is nowhere thick enough to part the gas on
+      its two sides: the stencil of a particle before it and that of an image
+      within it reach across (docs/method.md, section 11).
+    */
+    void tellIfThin( const Body& body, std::vector<std::string>& odd ) const
+    {
+        const auto grid = makeGrid<Dim>( _input );
+        const auto basis =
+            _input.at( "method" ).at( "basis" ).get<std::string>();
+        const int nodes = basis == "linear" ? 2 : basis == "quadratic" ? 3 : 4;
+        const auto x = deepest( body );
+        const auto middle = body.shape.nearest( x );
+        const Real thickness = -2 * middle.distance / grid.minSpacing();
+        if ( thickness <= 0 || thickness > nodes + 1 - 0.01_rt )
+            return;
+        for ( const Real way : { -1.01_rt, 1.01_rt } ) // to both of its sides
+        {
+            auto beside = x;
+            for ( int d = 0; d < Dim; ++d )
+            {
+                beside[d] -= way * middle.distance * middle.normal[d];
+                if ( beside[d] < grid.lower[d] || beside[d] > grid.upper[d] )
+                    return;
+            }
+            if ( isInBody( beside ) )
+                return;
+        }
+        odd.push_back( fmt::format(
+            "{}: the body is {:.2g} cells thick, and with images and the {} "
+            "basis less than {} cells do not part the gas on its two sides; "
+            "refine the grid, make it thicker, or give it the treatment "
+            "\"projection\", which needs 2",
+            body.place, thickness, basis, nodes + 1 ) );
+    }
 
     static Grid<Dim> sampleGrid( const Json& input )
     {
@@ -194,8 +267,13 @@ class Survey
             {
                 const auto x = center( i );
                 for ( auto& body : _bodies )
-                    body.nearest_sample = std::min<double>(
-                        body.nearest_sample, body.shape.distance( x ) );
+                {
+                    const double distance = body.shape.distance( x );
+                    if ( distance >= body.nearest_sample )
+                        continue;
+                    body.nearest_sample = distance;
+                    body.sample = x;
+                }
                 const auto gas = gasAt( x );
                 if ( const auto fault = _initial.fault( x, gas );
                      !fault.empty() )

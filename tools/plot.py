@@ -10,6 +10,7 @@ pictures, tables and the input in one file. Prints the path of each.
 Of a study: plot.py study DIR (plot_study.py).
 """
 import argparse
+import itertools
 import json
 import pathlib
 import subprocess
@@ -157,11 +158,11 @@ def gradient_magnitude(values, spacing):
     return np.where(np.isnan(values), np.nan, gradient)
 
 
-def scale(run, steps, field):
-    """Limits of a field over some outputs, a few outliers aside."""
+def scale(run, steps, field, normals=(2,)):
+    """Limits of a field over some outputs and planes, a few outliers aside."""
     low, high = [], []
-    for step in steps:
-        values = read_plane(run, step, field)[0]
+    for step, normal in itertools.product(steps, normals):
+        values = read_plane(run, step, field, normal)[0]
         values = values[np.isfinite(values)]
         if values.size:
             low.append(np.percentile(values, 0.2))
@@ -237,7 +238,7 @@ def plane_figure(run, steps, field, normals=(2,)):
                                 squeeze=False, constrained_layout=True)
     title = figure.suptitle(run.title(steps[0]))
     top = "density" if field == "schlieren" else field
-    limits = {name: scale(run, steps, name) for name in (top, "schlieren")}
+    limits = {name: scale(run, steps, name, normals) for name in (top, "schlieren")}
     images = {}
     for column, normal in enumerate(normals):
         for row, name in enumerate([top, "schlieren"]):

@@ -127,7 +127,8 @@ def work_precision(study):
         axis.plot([r["seconds"] for r in known], [study.error_of(r) for r in known],
                   ms=5, lw=1.3, label=f"{name}: {law}" if law else name,
                   **study.styles[name])
-    front = [r for r in study.rows if r["id"] in study.json["pareto"]]
+    front = [r for r in study.rows
+             if r["id"] in study.json["pareto"] and study.error_of(r)]
     front.sort(key=lambda r: r["seconds"])
     axis.plot([r["seconds"] for r in front], [study.error_of(r) for r in front],
               "o", ms=12, mfc="none", mec="black", mew=1, label="Pareto front")
@@ -342,6 +343,9 @@ def main(arguments):
     options = parser.parse_args(arguments)
     try:
         study = Study(options.directory)
+        if study.is_of_effects and not study.json["effects"]:
+            sys.exit(f"plot.py: {options.directory}: the scene has no effect that "
+                     "could be left out, so there is nothing to draw")
         if not study.rows:
             sys.exit(f"plot.py: {options.directory}: no run of the study has finished")
         folder = options.output or options.directory

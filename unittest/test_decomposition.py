@@ -225,6 +225,24 @@ class DecompositionTest(unittest.TestCase):
                     self.assertLess(seen["end"] - 1, (seen["start"] - 1) / 2)
                     self.assertGreaterEqual(seen["largest"], seen["start"])
 
+    def test_cells_of_unequal_sides(self):
+        # Images reach more cells along y, whose boxes have to be wider.
+        sets = {"grid.cells": [20, 26], "grid.upper": [40, 26],
+                "boundary.4.shape": {"type": "box", "lower": [18, 3],
+                                     "upper": [40, 23]}}
+        self.assert_same(
+            self.run_scene(1, "cylinder_mach3", sets, 10),
+            self.run_scene(4, "cylinder_mach3", {
+                **sets, "decomposition": {
+                    "ranks": [2, 2], "balance": OFTEN}}, 10))
+
+    def test_memory_where_the_root_has_no_gas(self):
+        _, summary = self.run_scene(4, "filling", {
+            "grid.cells": [32, 32], "initial.0.region": {
+                "type": "box", "lower": [0.8, 0.8], "upper": [2, 2]},
+            "decomposition": {"ranks": [2, 2], "balance": {"every": 0}}}, 1)
+        self.assertGreater(summary["bytes_per_particle"], 100)
+
     def test_boxes_that_stay(self):
         scene, sets, steps = FOLLOWED["filling"]
         for balance in {"every": 0}, {"threshold": 4}:

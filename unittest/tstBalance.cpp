@@ -135,7 +135,7 @@ BoxCuts<2> cutPlane( const int n, const int fewest, const Load& load )
         for ( int x = 0; x < n; ++x )
             plane[y][x] = load( x, y );
     const auto chosen =
-        chooseCuts<2>( { n, n }, { 2, 2 }, fewest,
+        chooseCuts<2>( { n, n }, { 2, 2 }, { fewest, fewest },
                        [&]( const int axis, const Cuts<2>& cuts )
                        { return loadsOf( plane, axis, cuts ); } );
     // What it says of the heaviest box holds along either axis.

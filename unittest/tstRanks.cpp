@@ -543,17 +543,17 @@ TEST( Balance, boxesFollowTheParticles )
             { "every", 5 }, { "threshold", threshold }, { "cell_cost", 0 } } );
     };
     auto patient = balancer( comm.size() );
-    EXPECT_FALSE( patient.moveCuts( decomposition, grid, particles, 1 ) );
+    EXPECT_FALSE( patient.moveCuts( decomposition, grid, particles, { 1 } ) );
     EXPECT_EQ( decomposition.cuts( 0 ), equal );
     EXPECT_EQ( patient.seen().start, comm.size() );
 
     auto quick = balancer( 1.1 );
     EXPECT_TRUE( quick.isDue( comm, 10 ) );
     EXPECT_FALSE( quick.isDue( comm, 11 ) );
-    EXPECT_TRUE( quick.moveCuts( decomposition, grid, particles, 1 ) );
+    EXPECT_TRUE( quick.moveCuts( decomposition, grid, particles, { 1 } ) );
     particles.migrate( comm, decomposition.finder( grid ) );
     EXPECT_EQ( particles.size(), 8 );
-    EXPECT_FALSE( quick.moveCuts( decomposition, grid, particles, 1 ) );
+    EXPECT_FALSE( quick.moveCuts( decomposition, grid, particles, { 1 } ) );
     EXPECT_EQ( quick.seen().largest, comm.size() );
     EXPECT_EQ( quick.seen().end, 1 );
     EXPECT_EQ( quick.seen().cuts_moved, 1 );
@@ -561,7 +561,7 @@ TEST( Balance, boxesFollowTheParticles )
     auto other = balancer( 1 );
     decomposition.setCuts( { equal } );
     particles.migrate( comm, decomposition.finder( grid ) );
-    EXPECT_FALSE( other.moveCuts( decomposition, grid, particles, 8 ) );
+    EXPECT_FALSE( other.moveCuts( decomposition, grid, particles, { 8 } ) );
 }
 
 // Sums are the same on all ranks and in the order of the ranks.

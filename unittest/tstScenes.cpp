@@ -335,6 +335,62 @@ TEST( OpenScene, aStreamBringsItsOwnDensity )
         }
 }
 
+// A body that reaches through a periodic side goes on beyond the other one.
+TEST( OpenScene, bodiesGoOnBeyondPeriodicSides )
+{
+    const auto ball = []( const Real x )
+    {
+        return Json{
+            { "type", "sphere" }, { "center", { x, 0.5 } }, { "radius", 0.2 } };
+    };
+    auto input = box( 2, 32, 2, "conservative", "quadratic", "periodic" );
+    addBodies( input, { ball( 0.1 ) } );
+    EXPECT_THROW( simulate( input ), InputError );
+    input["boundary"].back()["shape"] = {
+        { "type", "union" }, { "shapes", { ball( 0.1 ), ball( 1.1 ) } } };
+    auto run = simulate( input );
+    advanceTo( *run, 0.3 );
+    EXPECT_LE( largest( run->particleData().velocity ), tolerance( 1e-12 ) );
+}
+
+// Of two regions that meet, each place belongs to one, also on the seam.
+TEST( OpenScene, regionsMeetAtASeam )
+{
+    const auto halves = []( const double normal )
+    {
+        return Json{ { "type", "half_space" },
+                     { "point", { 0.5, 0.5 } },
+                     { "normal", { 0, normal } } };
+    };
+    // One particle in the middle of each cell: a row lies on the seam.
+    auto whole = box( 2, 15, 1, "conservative", "quadratic", "slip_wall" );
+    whole["initial"][0]["velocity"] = { 2, 0 };
+    whole["boundary"][0] = inflow( "x_lower", { 2, 0 } );
+    whole["boundary"][1] = { { "type", "outflow" }, { "side", "x_upper" } };
+    auto parts = whole;
+    for ( const auto& key : { "initial", "boundary" } )
+    {
+        auto& list = parts[key];
+        for ( int k = std::string( key ) == "initial" ? 0 : 1; k >= 0; --k )
+        {
+            list.push_back( list[k] );
+            list[k]["region"] = halves( 1 );
+            list.back()["region"] = halves( -1 );
+        }
+    }
+    auto one = simulate( whole );
+    auto two = simulate( parts );
+    EXPECT_EQ( one->particles(), two->particles() );
+    advanceTo( *one, 0.5 );
+    advanceTo( *two, 0.5 );
+    EXPECT_EQ( one->steps(), two->steps() );
+    EXPECT_EQ( one->particles(), two->particles() );
+    EXPECT_NEAR( one->ledger().mass_in, two->ledger().mass_in,
+                 tolerance( 1e-12 ) );
+    EXPECT_NEAR( one->ledger().mass_out, two->ledger().mass_out,
+                 tolerance( 1e-12 ) );
+}
+
 // A side may be shared: a jet through a part of it, a wall elsewhere.
 TEST( OpenScene, regionsShareASide )
 {

@@ -87,10 +87,15 @@ class Suite:
         key = digest(case.variants(self.fast), METHODS, text, self.identity,
                      bool(case.reference and self.reference and not self.fast),
                      *([self.sets] if self.sets else []))
-        name = f"{case.name}-{method}-" + ("fast" if self.fast else "full")
+        name = f"{case.name}-{method}-{self._of_sets()}" + \
+            ("fast" if self.fast else "full")
         return self.remembered(f"{name}-{key}",
                                lambda: self._measure(case, method)) \
             or self._newest_of_others(name)
+
+    def _of_sets(self):
+        """What tells results with other settings from the others by name."""
+        return f"{digest(self.sets)}-" if self.sets else ""
 
     def _newest_of_others(self, name):
         """The newest result that another executable left; None without any."""
@@ -128,14 +133,14 @@ class Suite:
         if runs:
             try:
                 result["values"] = case.measure(runs)
+                if case.mirrors:
+                    result["values"]["asymmetry"] = asymmetry(runs[-1],
+                                                              case.mirrors)
+                if case.reference and self.reference and not self.fast:
+                    result["values"].update(case.reference(
+                        runs, lambda sets: self._finer(case, document, sets)))
             except (ArithmeticError, LookupError, ValueError) as error:
                 result["broken"].append(f"nothing to measure: {error!r}")
-            if case.mirrors:
-                result["values"]["asymmetry"] = asymmetry(runs[-1],
-                                                          case.mirrors)
-            if case.reference and self.reference and not self.fast:
-                result["values"].update(case.reference(
-                    runs, lambda sets: self._finer(case, document, sets)))
             if not self.fast:
                 self._keep_picture(case, method, runs[-1])
         if "energy drift" in case.bounds:
@@ -176,7 +181,7 @@ class Suite:
         """What a picture needs: a profile in 1D, density on nodes else."""
         folder = self.output / "pictures"
         folder.mkdir(exist_ok=True)
-        path = folder / f"{case.name}-{method}.npz"
+        path = folder / f"{self._of_sets()}{case.name}-{method}.npz"
         if run.summary["dimension"] == 1:
             data = run.read()
             order = np.argsort(data["position"][:, 0])

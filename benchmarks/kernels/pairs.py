@@ -58,6 +58,12 @@ def main():
     parser.add_argument("--threads", metavar="NUMBER", type=int, default=1)
     parser.add_argument("--rounds", metavar="NUMBER", type=int, default=8)
     arguments, words = parser.parse_known_args()
+    for build in arguments.builds:
+        if not (pathlib.Path(build) / "machpoint_kernels").exists():
+            parser.error(f"{build} has no machpoint_kernels; name build "
+                         "directories first, further words after them")
+    if arguments.rounds < 1:
+        parser.error("--rounds must be at least 1")
     # Limits of the machine, which nobody reads here, in milliseconds.
     words += ["--small", "--samples", "1"] \
         if "--samples" not in words else ["--small"]

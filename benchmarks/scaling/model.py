@@ -71,8 +71,9 @@ def fit(runs, dimension):
     """
     fitted = {"dimension": dimension}
     whole = [f for case, f in runs if case.ranks == 1 and case.copies == 1]
-    fitted["seconds_per_particle"] = float(np.median(
-        [f["seconds"]["compute"] / f["particles"] for f in whole]))
+    if whole:  # a topic may look at several ranks alone
+        fitted["seconds_per_particle"] = float(np.median(
+            [f["seconds"]["compute"] / f["particles"] for f in whole]))
     surfaces, counts, bytes_, moved, messages, calls = [], [], [], [], [], []
     for case, figures in runs:
         if case.ranks == 1:
