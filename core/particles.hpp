@@ -408,11 +408,11 @@ class Particles
     //! Bytes of all, sidecars and copies included.
     std::size_t bytes() const
     {
-        std::size_t bytes = ( _aosoa.numSoA() + _other.numSoA() ) *
-                            sizeof( typename aosoa_type::soa_type );
+        std::size_t sum = ( _aosoa.numSoA() + _other.numSoA() ) *
+                          sizeof( typename aosoa_type::soa_type );
         for ( const auto& sidecar : _sidecars )
-            bytes += sidecar->bytes();
-        return bytes;
+            sum += sidecar->bytes();
+        return sum;
     }
 
     //! Which particles are not to stay.

@@ -86,7 +86,8 @@ def solve(work, method, number):
               "retries": None, "broken": broken_invariants(run, MOST_STEPS)}
     if run.summary:
         result["retries"] = run.summary["retries"]
-        result["error"] = run.error() / float(run.read()["mass"].sum())
+        if run.summary["errors"]:  # none of a run that failed
+            result["error"] = run.error() / float(run.read()["mass"].sum())
     shutil.rmtree(directory, ignore_errors=True)
     return result
 
