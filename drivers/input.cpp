@@ -113,7 +113,8 @@ Parameters inputParameters( const int dimension )
     Parameters balance( "balance", "boxes that follow the gas", dimension );
     balance
         .integer( "every", "steps between looks at the ranks' loads; 0: boxes "
-                           "of equal numbers of cells for ever" )
+                           "stay as they begin, of equal numbers of cells or, "
+                           "in a restart, as its checkpoint has them" )
         .atLeast( 0 )
         .atMost( most_steps )
         .defaultsTo( 20 );
