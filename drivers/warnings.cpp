@@ -25,6 +25,8 @@ constexpr int most_samples = 250000;
 constexpr double least_shock = 1.1;
 //! Speed, in sound speeds, past which the flow about most bodies has shocks.
 constexpr double critical_mach = 0.7;
+//! Of a body with images, cells (docs/method.md, section 11).
+constexpr int least_thickness = 5;
 //! Differences of a uniform gas, relative: what a few operations round.
 constexpr double same = 1e-12;
 
@@ -149,13 +151,10 @@ class Survey
     void tellIfThin( const Body& body, std::vector<std::string>& odd ) const
     {
         const auto grid = makeGrid<Dim>( _input );
-        const auto basis =
-            _input.at( "method" ).at( "basis" ).get<std::string>();
-        const int nodes = basis == "linear" ? 2 : basis == "quadratic" ? 3 : 4;
         const auto x = deepest( body );
         const auto middle = body.shape.nearest( x );
         const Real thickness = -2 * middle.distance / grid.minSpacing();
-        if ( thickness <= 0 || thickness > nodes + 1 - 0.01_rt )
+        if ( thickness <= 0 || thickness > least_thickness - 0.01_rt )
             return;
         for ( const Real way : { -1.01_rt, 1.01_rt } ) // to both of its sides
         {
@@ -170,11 +169,11 @@ class Survey
                 return;
         }
         odd.push_back( fmt::format(
-            "{}: the body is {:.2g} cells thick, and with images and the {} "
-            "basis less than {} cells do not part the gas on its two sides; "
-            "refine the grid, make it thicker, or give it the treatment "
-            "\"projection\", which needs 2",
-            body.place, thickness, basis, nodes + 1 ) );
+            "{}: the body is {:.2g} cells thick, and with images less than {} "
+            "cells do not part the gas on its two sides; refine the grid, make "
+            "it thicker, or give it the treatment \"projection\", which needs "
+            "2",
+            body.place, thickness, least_thickness ) );
     }
 
     static Grid<Dim> sampleGrid( const Json& input )

@@ -852,11 +852,12 @@ class Warnings(unittest.TestCase):
             return self.odd(
                 "grid.cells=[40,20]", "boundary.4.shape={\"type\":\"box\","
                 f"\"lower\":[2,0.5],\"upper\":[{2 + 0.1 * cells},1.5]}}", *more)
-        self.assertEqual(plate(4), [])
-        self.assertEqual(plate(3, "method.basis=linear"), [])
+        self.assertEqual(plate(5), [])
         self.assertEqual(plate(1, "boundary.4.treatment=projection"), [])
-        for line, in (plate(3), plate(4, "method.basis=cubic")):
-            self.assertRegex(line, "/boundary/4: the body is [34] cells thick")
+        for cells in (1, 4):
+            line, = plate(cells)
+            self.assertTrue(line.startswith(
+                f"/boundary/4: the body is {cells} cells thick"), line)
         # On a wall it has gas on one side.
         self.assertEqual(
             self.odd("grid.cells=[40,20]", "boundary.4.shape={\"type\":\"box\","
@@ -870,7 +871,7 @@ class Warnings(unittest.TestCase):
                      "wedge", "naca0012", "double_mach_reflection"]:
             with self.subTest(scene=name):
                 # The aerofoil is thinner than images ask for.
-                thicker = ["boundary.4.shape.digits=\"0015\""] \
+                thicker = ["boundary.4.shape.digits=\"0020\""] \
                     if name == "naca0012" else []
                 line, = self.warnings(name, self.BARE, *thicker)
                 self.assertRegex(line, "/physics: .*sends off a shock, .* times "

@@ -139,7 +139,8 @@ class Suite:
                 if case.reference and self.reference and not self.fast:
                     result["values"].update(case.reference(
                         runs, lambda sets: self._finer(case, document, sets)))
-            except (ArithmeticError, LookupError, ValueError) as error:
+            except (ArithmeticError, LookupError, RuntimeError, ValueError,
+                    subprocess.TimeoutExpired) as error:
                 result["broken"].append(f"nothing to measure: {error!r}")
             if not self.fast:
                 self._keep_picture(case, method, runs[-1])
