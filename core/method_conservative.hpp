@@ -128,9 +128,9 @@ struct Conservative : MethodDefaults
             if ( parts.merge_volume > 0 )
             {
                 const Profile::Effect effect( "merging" );
-                marks =
-                    Impl::HalfCellMarks( "Machpoint::halfCellMarks",
-                                         state.layout.box.totalCells() << Dim );
+                marks = Impl::HalfCellMarks(
+                    Kokkos::view_alloc( "Machpoint::halfCellMarks" ),
+                    state.layout.box.totalCells() << Dim );
             }
             if ( parts.pressure_relaxation > 0 )
             {

@@ -9,6 +9,8 @@
 #include <core/basis.hpp>
 #include <core/conservative/history.hpp>
 
+#include <Kokkos_Bitset.hpp>
+
 namespace Machpoint
 {
 
@@ -16,7 +18,7 @@ namespace Impl
 {
 
 //! A mark on every half-cell of a rank's box.
-using HalfCellMarks = Kokkos::View<unsigned char*, MemorySpace>;
+using HalfCellMarks = Kokkos::Bitset<MemorySpace::device_type>;
 
 //! Half-cell of a position within a rank's box, x fastest.
 template <int Dim>
@@ -43,7 +45,7 @@ halfCell( const Grid<Dim>& grid, const CellBox<Dim>& box, const Vector<Dim>& x )
   half-cells without such a one are left alone: nearly all where the gas is only
   compressed.
   \param largest volume of a merged particle
-  \param marks all zero on entry; on return those half-cells' are set
+  \param marks none on entry; on return those half-cells' are set
 */
 template <int Dim>
 IndexList listSmall( State<Dim>& state, const Real largest,
@@ -70,14 +72,13 @@ IndexList listSmall( State<Dim>& state, const Real largest,
     forEach(
         "Machpoint::markHalfCells", tiny.extent_int( 0 ),
         MACHPOINT_LAMBDA( const int k ) {
-            marks( halfCell<Dim>( grid, box,
-                                  loadVector<Dim>( x, tiny( k ) ) ) ) = 1;
+            marks.set(
+                halfCell<Dim>( grid, box, loadVector<Dim>( x, tiny( k ) ) ) );
         } );
     auto isCandidate = MACHPOINT_LAMBDA( const int p )
     {
-        return V( p ) < largest &&
-               marks( halfCell<Dim>( grid, box, loadVector<Dim>( x, p ) ) ) !=
-                   0;
+        return V( p ) < largest && marks.test( halfCell<Dim>(
+                                       grid, box, loadVector<Dim>( x, p ) ) );
     };
     noted.clear( n );
     forEachPack(
@@ -266,7 +267,7 @@ struct Merging
   |v|^2/2 + moment |C|^2/2 into e, so mass, momentum, volume and energy stay.
   Similar: |e1 - e2| < .1 (e1 + e2), |dv| < .2 c; no result is heavier than
   four times what its parts started with.
-  \param marks all zero, on entry and on return
+  \param marks none, on entry and on return
 */
 template <int Dim>
 void mergeParticles( State<Dim>& state, const PressureResponse& response,
@@ -292,7 +293,7 @@ void mergeParticles( State<Dim>& state, const PressureResponse& response,
             const int p = rows( k );
             keys( k ) =
                 halfCell<Dim>( pairs.grid, box, loadVector<Dim>( pairs.x, p ) );
-            marks( keys( k ) ) = 0;
+            marks.reset( keys( k ) );
             if ( pairs.original( p ) == 0 )
                 pairs.original( p ) = pairs.m( p );
         } );
