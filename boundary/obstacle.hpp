@@ -335,7 +335,14 @@ class Obstacle : public Module<Dim>
         _impulse = Impulse{};
     }
 
-    void rejectStep( State<Dim>& ) override { _impulse = Impulse{}; }
+    //! A boundary that breaks the gas takes back a step that has its row.
+    void rejectStep( State<Dim>& state ) override
+    {
+        _impulse = Impulse{};
+        auto& rows = _series.rows;
+        if ( !rows.empty() && rows.back()[0] > state.time + 0.5 * state.dt )
+            rows.pop_back();
+    }
 
     bool exertsForce() const override { return true; }
     const Series* series() const override { return &_series; }

@@ -1,5 +1,5 @@
-# cmake -D SOURCE=... -D HEADER=... -P revision.cmake: writes the revision into
-# a header. configure_file leaves an unchanged header alone, so that nothing is
+# cmake -D SOURCE=... -D UNIT=... -P revision.cmake: writes the revision into a
+# unit of its own. configure_file leaves an unchanged one alone, so that nothing is
 # recompiled without need.
 execute_process(
   COMMAND git --no-optional-locks describe --always --dirty
@@ -10,4 +10,4 @@ execute_process(
 if(NOT status EQUAL 0) # no git, no repository, or somebody else's
   set(REVISION "unknown")
 endif()
-configure_file("${SOURCE}/core/revision.hpp.in" "${HEADER}" @ONLY)
+configure_file("${SOURCE}/core/revision.cpp.in" "${UNIT}" @ONLY)

@@ -240,6 +240,33 @@ std::vector<fs::path> listCheckpoints( const fs::path& folder )
     return list;
 }
 
+//! The root's list, on all ranks: a shared file system may show the others an
+//! older folder, and files are read by all ranks together.
+std::vector<fs::path> listOfRoot( const Communicator& ranks,
+                                  const fs::path& folder )
+{
+    std::vector<char> text;
+    onRoot( ranks,
+            [&]
+            {
+                for ( const auto& file : listCheckpoints( folder ) )
+                {
+                    const auto name = file.string();
+                    text.insert( text.end(), name.begin(), name.end() );
+                    text.push_back( '\0' );
+                }
+            } );
+    text = ranks.gatherAll( text );
+    std::vector<fs::path> list;
+    for ( auto name = text.begin(); name != text.end(); )
+    {
+        const auto end = std::find( name, text.end(), '\0' );
+        list.emplace_back( name, end );
+        name = end + 1;
+    }
+    return list;
+}
+
 [[noreturn]] void refuse( const fs::path& file, const std::string& reason )
 {
     throw IoError( fmt::format( "{}: cannot be restarted from: {}; take "
@@ -450,7 +477,7 @@ Checkpoint readNewestCheckpoint( const Communicator& ranks,
                                  const fs::path& folder, const Json& input )
 {
     std::vector<std::string> complaints;
-    for ( const auto& file : listCheckpoints( folder ) )
+    for ( const auto& file : listOfRoot( ranks, folder ) )
     {
         try
         {

@@ -247,6 +247,29 @@ TEST( Guard, endsWithTheLastGoodState )
         }
 }
 
+// A step that is taken back leaves no row in a body's series.
+TEST( Guard, aSeriesEndsWithTheLastGoodState )
+{
+    for ( const auto& method : methods )
+        for ( const bool late : { false, true } )
+        {
+            auto input =
+                sabotaged( method, { { "fault", "nan" }, { "late", late } } );
+            input["boundary"].push_back( { { "type", "obstacle" },
+                                           { "name", "wall" },
+                                           { "shape",
+                                             { { "type", "half_space" },
+                                               { "point", { 0.9 } },
+                                               { "normal", { -1 } } } } } );
+            auto run = simulate( input );
+            EXPECT_THROW( advance( *run, 30 ), NumericalFailure );
+            const auto& rows = run->series().at( 0 )->rows;
+            EXPECT_EQ( static_cast<std::int64_t>( rows.size() ), run->steps() )
+                << method << late;
+            EXPECT_NEAR( rows.back().at( 0 ), run->time(), 1e-12 );
+        }
+}
+
 // Without retries nothing is copied and nothing checked after the step.
 TEST( Guard, canBeSwitchedOff )
 {

@@ -196,4 +196,12 @@ TEST_F( MpiCheckpoint, damageIsAnErrorOnAllRanks )
         IoError );
 }
 
+// A shared file system may show other ranks an older folder.
+TEST_F( MpiCheckpoint, theRootSaysWhichIsTheNewest )
+{
+    const auto file = write();
+    const auto seen = _scratch / ( _ranks.isRoot() ? "checkpoints" : "older" );
+    EXPECT_EQ( readNewestCheckpoint( _ranks, seen, _input ).file, file );
+}
+
 } // namespace

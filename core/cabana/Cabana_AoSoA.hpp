@@ -10,6 +10,7 @@
 #include <Cabana_SoA.hpp>
 #include <Cabana_Tuple.hpp>
 #include <Cabana_Types.hpp>
+#include <impl/Cabana_Bytes.hpp>
 #include <impl/Cabana_Index.hpp>
 #include <impl/Cabana_PerformanceTraits.hpp>
 
@@ -19,7 +20,6 @@
 #include <cstddef>
 #include <string>
 #include <type_traits>
-#include <utility>
 
 namespace Cabana
 {
@@ -211,10 +211,10 @@ class AoSoA
         soa_view data(
             Kokkos::view_alloc( _data.label(), Kokkos::WithoutInitializing ),
             num_soa );
-        const std::pair<size_type, size_type> used( 0, _num_soa );
         if ( _num_soa > 0 )
-            Kokkos::deep_copy( Kokkos::subview( data, used ),
-                               Kokkos::subview( _data, used ) );
+            Kokkos::deep_copy(
+                Impl::bytesOf<MemorySpace>( data.data(), _num_soa ),
+                Impl::bytesOf<MemorySpace>( _data.data(), _num_soa ) );
         _data = data;
         _capacity = num_soa * vector_length;
     }

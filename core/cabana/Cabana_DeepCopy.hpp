@@ -43,14 +43,12 @@ void requireSameSize( const Destination& destination, const Source& source )
             std::to_string( destination.size() ) );
 }
 
-//! Bytes of the structs in use, for copies that do not look inside.
+//! Bytes of the structs in use.
 template <class AoSoA_t>
 auto bytesOf( const AoSoA_t& aosoa )
 {
-    return Kokkos::View<char*, typename AoSoA_t::memory_space,
-                        Kokkos::MemoryUnmanaged>(
-        reinterpret_cast<char*>( aosoa.data() ),
-        aosoa.numSoA() * sizeof( typename AoSoA_t::soa_type ) );
+    return bytesOf<typename AoSoA_t::memory_space>( aosoa.data(),
+                                                    aosoa.numSoA() );
 }
 
 //! Copy particle by particle where both memories are accessible.

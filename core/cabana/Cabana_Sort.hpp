@@ -373,7 +373,10 @@ CABANA_LAUNCHES void permuteTuples( const Binning& binning,
             tupleCopy( scratch( index::s( i ) - first ), index::a( i ),
                        aosoa.access( index::s( from ) ), index::a( from ) );
         } );
-    Kokkos::deep_copy( Structs( aosoa.data() + first, last - first ), scratch );
+    Kokkos::deep_copy( bytesOf<typename AoSoA_t::memory_space>(
+                           aosoa.data() + first, last - first ),
+                       bytesOf<typename AoSoA_t::memory_space>(
+                           scratch.data(), last - first ) );
 }
 
 //! Permute one member into a scratch array, then copy it back.

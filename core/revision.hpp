@@ -1,7 +1,6 @@
 /*!
   \file revision.hpp
-  \brief Which sources this build comes from. Generated at every build from
-  core/revision.hpp.in.
+  \brief Which sources this build comes from.
 */
 #ifndef MACHPOINT_REVISION_HPP
 #define MACHPOINT_REVISION_HPP
@@ -10,7 +9,7 @@ namespace Machpoint
 {
 
 //! What `git describe --always --dirty` says, or "unknown" without git.
-inline constexpr char revision[] = "@REVISION@";
+extern const char* const revision;
 
 } // namespace Machpoint
 
