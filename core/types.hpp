@@ -174,16 +174,17 @@ using IndexList = Kokkos::View<int*, MemorySpace>;
 #endif
 
 /*!
-  \brief Begins a kernel, as KOKKOS_LAMBDA does; on CUDA of the device alone.
+  \brief Begins a kernel, as KOKKOS_LAMBDA does; on CUDA of the device alone,
+  and of the host alone in a build for a host on a Kokkos that has CUDA, too.
 
-  What belongs to the host, too, nvcc gives pointers to functions that are set
-  where the kernel is made, and that each translation unit has for itself. A
-  template's kernel may be made in one unit and launched by the function that
-  the linker has kept of another, where nobody has set them (nvcc 13.0).
+  What belongs to both nvcc gives pointers to functions that are set where the
+  kernel is made, and that each translation unit has for itself. A template's
+  kernel may be made in one unit and launched by the function that the linker
+  has kept of another, where nobody has set them (nvcc 13.0).
 */
-#if defined( MACHPOINT_BACKEND_CUDA ) ||                                       \
-    ( defined( KOKKOS_ENABLE_CUDA ) && !defined( MACHPOINT_BACKEND_OPENMP ) && \
-      !defined( MACHPOINT_BACKEND_SERIAL ) )
+#if defined( MACHPOINT_BACKEND_OPENMP ) || defined( MACHPOINT_BACKEND_SERIAL )
+#define MACHPOINT_LAMBDA [=]
+#elif defined( KOKKOS_ENABLE_CUDA )
 #define MACHPOINT_LAMBDA [=] __device__
 #else
 #define MACHPOINT_LAMBDA KOKKOS_LAMBDA
