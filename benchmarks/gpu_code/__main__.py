@@ -135,9 +135,9 @@ def section(kernels, precision="double"):
 
 def made_of(build):
     """Revision, compiler and flags of a build in words, and its precision."""
-    header = (build / "include" / "core" / "revision.hpp").read_text()
+    unit = (build / "revision.cpp").read_text()
     cache = (build / "CMakeCache.txt").read_text()
-    revision = re.search(r'"([0-9a-f]{7,})', header)
+    revision = re.search(r'"([0-9a-f]{7,})', unit)
     flags = re.search(r"^CMAKE_CXX_FLAGS_RELEASE:\w+=(.*)$", cache, re.M)
     precision = re.search(r"^Machpoint_PRECISION:\w+=(.*)$", cache, re.M)
     precision = precision[1] if precision else "double"
