@@ -1,9 +1,10 @@
 # machpoint_add_steppers(target): adds the translation units of all enabled methods,
-# bases and dimensions, and core/stepper_list.hpp, which lists them. Methods and bases
-# share much code, so a dimension is one unit: three, one for each basis, took g++ 12
-# nearly twice as long. nvcc, which takes minutes for a basis, gets these one by one,
-# and a unit of the time loop. Presets join other sources of the library, as most of
-# the time goes into headers; these units are large already.
+# bases and dimensions, and core/stepper_list.hpp, which lists them. Methods, bases and
+# modules share much code, so a dimension is one unit: three, one for each basis, took
+# g++ 12 nearly twice as long. nvcc, which takes minutes for a basis, gets these one by
+# one, a unit of the time loop, and modules with other sources of the library, which
+# presets join, as most of their time goes into headers. (Units of dimensions are large
+# already.)
 
 function(machpoint_camel_case out name)
   string(SUBSTRING "${name}" 0 1 head)
@@ -24,27 +25,30 @@ function(machpoint_check_choice variable)
   endforeach()
 endfunction()
 
-# machpoint_add_unit(target name template): the unit that a template makes of the
+# machpoint_write_unit(name template): writes the unit that a template makes of the
 # caller's variables.
-function(machpoint_add_unit target name template)
-  set(source "${PROJECT_BINARY_DIR}/steppers/${name}.cpp")
-  configure_file("${PROJECT_SOURCE_DIR}/cmake/${template}" "${source}" @ONLY)
-  target_sources(${target} PRIVATE "${source}")
+function(machpoint_write_unit name template)
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/${template}"
+                 "${PROJECT_BINARY_DIR}/steppers/${name}.cpp" @ONLY)
 endfunction()
 
-# machpoint_add_stepper_unit(target name): the unit of what STEPPERS instantiates.
+# machpoint_add_stepper_unit(target name): the unit of what STEPPERS instantiates, and
+# of INCLUDES. Time steps run what it compiles.
 function(machpoint_add_stepper_unit target name)
-  machpoint_add_unit(${target} ${name} stepper.cpp.in)
-  set_source_files_properties("${PROJECT_BINARY_DIR}/steppers/${name}.cpp"
-                              PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  machpoint_write_unit(${name} stepper.cpp.in)
+  set(source "${PROJECT_BINARY_DIR}/steppers/${name}.cpp")
+  target_sources(${target} PRIVATE "${source}")
+  set_source_files_properties(
+    "${source}" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+                           COMPILE_OPTIONS "${Machpoint_STEP_OPTIONS}")
 endfunction()
 
 function(machpoint_add_steppers target)
   machpoint_check_choice(Machpoint_DIMENSIONS 1 2 3)
   machpoint_check_choice(Machpoint_BASES linear quadratic cubic)
-  set(INCLUDES "")
+  set(METHODS "")
   foreach(method IN LISTS Machpoint_METHODS)
-    string(APPEND INCLUDES "#include <core/method_${method}.hpp>\n")
+    string(APPEND METHODS "#include <core/method_${method}.hpp>\n")
   endforeach()
   set(STEPPER_LIST "")
   foreach(DIM 1 2 3)
@@ -53,7 +57,13 @@ function(machpoint_add_steppers target)
     if(NOT DIM IN_LIST Machpoint_DIMENSIONS)
       set(FACTORIES declarations)
     endif()
-    machpoint_add_unit(${target} modules_${DIM}d modules.cpp.in)
+    machpoint_write_unit(modules_${DIM}d modules.cpp.in)
+    set(INCLUDES "${METHODS}")
+    if(DIM IN_LIST Machpoint_DIMENSIONS AND NOT Kokkos_ENABLE_CUDA)
+      string(APPEND INCLUDES "#include \"modules_${DIM}d.cpp\"\n")
+    else()
+      target_sources(${target} PRIVATE "${PROJECT_BINARY_DIR}/steppers/modules_${DIM}d.cpp")
+    endif()
     if(NOT DIM IN_LIST Machpoint_DIMENSIONS)
       continue()
     endif()

@@ -232,10 +232,10 @@ struct SomeTerms
     }
 };
 
-//! Terms of all particles: of packs, or of one after the other.
+//! Terms of all particles: of packs together, or of one after the other.
 //! \param times that they are summed; the last one counts
-template <class Terms, class Basis, int Dim, bool Together>
-NodeView::HostMirror sumOfTerms( const State<Dim>& state,
+template <class Terms, class Basis, int Dim>
+NodeView::HostMirror sumOfTerms( const State<Dim>& state, const bool together,
                                  const NodeSeams& seams = NodeSeams::make(),
                                  const int times = 1 )
 {
@@ -251,7 +251,7 @@ NodeView::HostMirror sumOfTerms( const State<Dim>& state,
     for ( int k = 0; k < times; ++k )
     {
         scatter.clear();
-        if ( Together )
+        if ( together )
             forEachPack(
                 "together", n,
                 KOKKOS_LAMBDA( const Pack p ) { some.add( scatter, p ); } );
@@ -264,20 +264,26 @@ NodeView::HostMirror sumOfTerms( const State<Dim>& state,
     return copy( field );
 }
 
+//! Each node's sums, up to round-off.
+void expectSameSums( const NodeView::HostMirror& sums,
+                     const NodeView::HostMirror& expected )
+{
+    Real largest = 0;
+    for ( std::size_t i = 0; i < expected.extent( 0 ); ++i )
+        for ( std::size_t c = 0; c < expected.extent( 1 ); ++c )
+        {
+            EXPECT_NEAR( sums( i, c ), expected( i, c ), tolerance( 1e-13 ) )
+                << "node " << i << ", column " << c;
+            largest = std::max( largest, std::abs( expected( i, c ) ) );
+        }
+    EXPECT_GT( largest, 1e-3 );
+}
+
 template <class Terms, class Basis, int Dim>
 void expectSameTerms( const State<Dim>& state )
 {
-    const auto alone = sumOfTerms<Terms, Basis, Dim, false>( state );
-    const auto together = sumOfTerms<Terms, Basis, Dim, true>( state );
-    Real largest = 0;
-    for ( std::size_t i = 0; i < alone.extent( 0 ); ++i )
-        for ( std::size_t c = 0; c < alone.extent( 1 ); ++c )
-        {
-            EXPECT_NEAR( together( i, c ), alone( i, c ), tolerance( 1e-13 ) )
-                << "node " << i << ", column " << c;
-            largest = std::max( largest, std::abs( alone( i, c ) ) );
-        }
-    EXPECT_GT( largest, 1e-3 );
+    expectSameSums( sumOfTerms<Terms, Basis>( state, true ),
+                    sumOfTerms<Terms, Basis>( state, false ) );
 }
 
 //! Gives all particles the energy 1, but one of them 10, and says how much of
@@ -411,25 +417,17 @@ TYPED_TEST( Transfer, sumsDoNotDependOnTheRowsOfThreads )
         GTEST_SKIP() << "one thread has all rows";
     const Box<Basis, Dim> box( "periodic" );
     const auto& state = box.scene.state;
-    const auto expected = sumOfTerms<Terms, Basis, Dim, true>( state );
+    const auto expected = sumOfTerms<Terms, Basis>( state, true );
     const int total = state.layout.total;
     for ( const int first : { 0, 1, total / 3, total / 2, total } )
     {
         for ( int t = 1; t < seams.threads(); ++t )
             seams.set( t, first +
                               ( total - first ) * ( t - 1 ) / seams.threads() );
-        const auto packs =
-            sumOfTerms<Terms, Basis, Dim, true>( state, seams, 2 );
-        const auto single =
-            sumOfTerms<Terms, Basis, Dim, false>( state, seams, 2 );
-        for ( std::size_t i = 0; i < expected.extent( 0 ); ++i )
-            for ( std::size_t c = 0; c < expected.extent( 1 ); ++c )
-            {
-                EXPECT_NEAR( packs( i, c ), expected( i, c ),
-                             tolerance( 1e-13 ) );
-                EXPECT_NEAR( single( i, c ), expected( i, c ),
-                             tolerance( 1e-13 ) );
-            }
+        for ( const bool together : { true, false } )
+            expectSameSums(
+                sumOfTerms<Terms, Basis>( state, together, seams, 2 ),
+                expected );
     }
 }
 
