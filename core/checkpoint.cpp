@@ -219,14 +219,18 @@ bool isCheckpoint( const fs::path& file )
                         []( const char c ) { return c >= '0' && c <= '9'; } );
 }
 
-//! The checkpoints of a folder, the newest first.
-std::vector<fs::path> listCheckpoints( const fs::path& folder )
+//! The checkpoints of a folder, the newest first. \param ending of their names
+std::vector<fs::path> listCheckpoints( const fs::path& folder,
+                                       const std::string& ending = "" )
 {
     std::vector<fs::path> list;
     std::error_code error;
     for ( fs::directory_iterator entry( folder, error ), end;
           !error && entry != end; entry.increment( error ) )
-        if ( isCheckpoint( entry->path() ) )
+        if ( auto file = entry->path();
+             ending.empty() ? isCheckpoint( file )
+                            : file.extension() == ending &&
+                                  isCheckpoint( file.replace_extension() ) )
             list.push_back( entry->path() );
     if ( error && error != std::errc::no_such_file_or_directory )
         throw IoError( folder, "cannot list the directory", error.value() );
@@ -510,6 +514,9 @@ void removeCheckpointsAfter( const fs::path& folder, const std::int64_t step )
     for ( const auto& file : listCheckpoints( folder ) )
         if ( std::stoll( file.stem().string() ) > step )
             removeFile( file );
+    // What a killed run left of one.
+    for ( const auto& file : listCheckpoints( folder, ".tmp" ) )
+        removeFile( file );
 }
 
 } // namespace Machpoint

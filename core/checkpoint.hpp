@@ -69,7 +69,8 @@ Checkpoint readNewestCheckpoint( const Communicator& ranks,
 //! Removes all checkpoints of a folder but the last ones. One rank.
 void keepCheckpoints( const std::filesystem::path& folder, std::size_t keep );
 
-//! Removes the checkpoints of later steps. One rank.
+//! Removes the checkpoints of later steps, and what is left of one that a
+//! killed run was writing. One rank.
 void removeCheckpointsAfter( const std::filesystem::path& folder,
                              std::int64_t step );
 

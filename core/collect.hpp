@@ -191,7 +191,8 @@ class RowList
   private:
     //! Called as the rows are, so that who reads a profile knows whose they
     //! are.
-    static HostRowList hostRows( const IndexList& rows )
+    template <class List>
+    static HostRowList hostRows( const List& rows )
     {
         if constexpr ( runs_on_host )
             return rows;

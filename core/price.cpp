@@ -40,6 +40,10 @@ std::string formatEstimate( const Json& estimate )
                 ? fmt::format( "{:g} assumed", e.at( "order" ).get<double>() )
                 : fmt::format( "{:.2f}",
                                e.at( "observed_order" ).get<double>() ) );
+    if ( estimate.contains( "order_message" ) )
+        text +=
+            fmt::format( "    no observed order: {}\n",
+                         estimate.at( "order_message" ).get<std::string>() );
     return text;
 }
 

@@ -448,6 +448,17 @@ class Shape
     }
 };
 
+#ifndef KOKKOS_ENABLE_CUDA
+// On a host, compiled once and as kernels are (cmake/modules.cpp.in), whoever
+// else asks. A kernel of a GPU needs it in its own unit.
+extern template Nearest<1>
+Shape<1, Kokkos::HostSpace>::nearest( const Vector<1>&, int, int ) const;
+extern template Nearest<2>
+Shape<2, Kokkos::HostSpace>::nearest( const Vector<2>&, int, int ) const;
+extern template Nearest<3>
+Shape<3, Kokkos::HostSpace>::nearest( const Vector<3>&, int, int ) const;
+#endif
+
 } // namespace Machpoint
 
 #endif

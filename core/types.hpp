@@ -76,9 +76,9 @@ using ExecutionSpace = Kokkos::Serial;
 using ExecutionSpace = Kokkos::DefaultExecutionSpace;
 #endif
 using MemorySpace = typename ExecutionSpace::memory_space;
-//! Do kernels run on the host's processor?
+//! Do kernels run on the host's processor? (It may reach a GPU's memory, too.)
 inline constexpr bool runs_on_host =
-    Kokkos::SpaceAccessibility<Kokkos::HostSpace, MemorySpace>::accessible;
+    std::is_same_v<MemorySpace, Kokkos::HostSpace>;
 
 //! Is this built for a Zen of AMD's, where some instructions are better
 //! avoided?

@@ -26,7 +26,8 @@ namespace Machpoint
   runs by shuffles; that took twice the time here.)
 
   Lanes of a warp that are not all here together add one by one. All that made
-  the runs have to call `add`, at the same places.
+  the runs have to call `add`, at the same places. A kernel makes them once: a
+  block's memory is one, whatever object asks for it.
 */
 class WarpRun
 {

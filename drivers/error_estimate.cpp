@@ -114,10 +114,13 @@ Json estimateError( const Json& input, const GridData& fine, const double time,
         result["message"] = half.message;
         return result;
     }
-    std::optional<Companion> quarter;
-    if ( const auto coarse = coarsened( input, factors[1] );
-         resolution( coarse ) >= fewest_companion_cells )
-        quarter = runCompanion( coarse, time, stop, list );
+    const auto coarse = coarsened( input, factors[1] );
+    const Companion quarter =
+        resolution( coarse ) < fewest_companion_cells
+            ? Companion{ coarse, {}, "a grid of a quarter has too few cells" }
+            : runCompanion( coarse, time, stop, list );
+    if ( !quarter.fields )
+        result["order_message"] = quarter.message;
     result["seconds"] = timer.seconds();
     const GridFields whole( wholeGrid( ranks, fine ) );
     if ( !ranks.isRoot() )
@@ -129,9 +132,8 @@ Json estimateError( const Json& input, const GridData& fine, const double time,
         return result;
     }
     std::vector<FieldDifference> far;
-    if ( quarter && quarter->fields )
-        far =
-            fieldDifferences( *quarter->fields, *half.fields, quarter->input );
+    if ( quarter.fields )
+        far = fieldDifferences( *quarter.fields, *half.fields, quarter.input );
     const double ratio = static_cast<double>( resolution( input ) ) /
                          static_cast<double>( resolution( half.input ) );
     const double rest = restVelocity( near, input );

@@ -3,6 +3,7 @@
 #include <drivers/error_estimate.hpp>
 #include <drivers/output_times.hpp>
 #include <drivers/requests.hpp>
+#include <drivers/tell.hpp>
 
 #include <core/checkpoint.hpp>
 #include <core/exact.hpp>
@@ -55,17 +56,14 @@ class Progress
         const std::int64_t moved = _updates - _updates_shown;
         const double rate =
             now > _shown ? static_cast<double>( moved ) / ( now - _shown ) : 0;
-        fmt::print(
-            stderr,
-            "{}step {} | t {:.6g} / {:.6g} ({:.1f} %) | dt {:.3g} by {} | "
-            "{:.3g} M particle updates/s | ETA {:.0f} s{}",
-            _terminal ? "\r\033[K" : "", s.steps(), s.time(), _end, 100 * done,
-            s.timeStep(), s.limiter(), rate / 1e6,
-            s.time() > _begin
-                ? now * ( _end - s.time() ) / ( s.time() - _begin )
-                : 0,
-            _terminal && !last ? "" : "\n" );
-        std::fflush( stderr );
+        tell( "{}step {} | t {:.6g} / {:.6g} ({:.1f} %) | dt {:.3g} by {} | "
+              "{:.3g} M particle updates/s | ETA {:.0f} s{}",
+              _terminal ? "\r\033[K" : "", s.steps(), s.time(), _end,
+              100 * done, s.timeStep(), s.limiter(), rate / 1e6,
+              s.time() > _begin
+                  ? now * ( _end - s.time() ) / ( s.time() - _begin )
+                  : 0,
+              _terminal && !last ? "" : "\n" );
         _shown = now;
         _updates_shown = _updates;
     }
@@ -178,15 +176,13 @@ Checkpoint findCheckpoint( const Communicator& ranks, const std::string& name,
     if ( !ranks.isRoot() )
         return checkpoint;
     for ( const auto& complaint : checkpoint.complaints )
-        fmt::print( stderr, "machpoint: {}\n", complaint );
+        tell( "machpoint: {}\n", complaint );
     if ( !checkpoint.complaints.empty() )
-        fmt::print( stderr, "machpoint: falls back to {}\n",
-                    checkpoint.file.string() );
+        tell( "machpoint: falls back to {}\n", checkpoint.file.string() );
     if ( checkpoint.revision != revision )
-        fmt::print( stderr,
-                    "machpoint: {} was written by revision {}, and this is "
-                    "{}: the run may go on in another way\n",
-                    checkpoint.file.string(), checkpoint.revision, revision );
+        tell( "machpoint: {} was written by revision {}, and this is "
+              "{}: the run may go on in another way\n",
+              checkpoint.file.string(), checkpoint.revision, revision );
     return checkpoint;
 }
 
@@ -351,8 +347,8 @@ ExitCode run( const Json& input, const RunOptions& options )
         if ( former != FormerRun::go_on )
             written = -1;
         if ( !options.quiet && ranks.isRoot() )
-            fmt::print( stderr, "machpoint: goes on from {}, t = {:.6g}\n",
-                        restart->file.string(), simulation->time() );
+            tell( "machpoint: goes on from {}, t = {:.6g}\n",
+                  restart->file.string(), simulation->time() );
     }
     else
     {
@@ -408,11 +404,14 @@ ExitCode run( const Json& input, const RunOptions& options )
             if ( request == Request::checkpoint && can_keep )
                 keep();
             else if ( request == Request::checkpoint && ranks.isRoot() )
-                fmt::print( stderr, "machpoint: no checkpoint, as this build "
-                                    "lacks HDF5\n" );
+                tell( "machpoint: no checkpoint, as this build "
+                      "lacks HDF5\n" );
             if ( request == Request::stop )
             {
-                code = stopped_early;
+                if ( simulation->time() < end )
+                    code = stopped_early;
+                else // it came during the last step
+                    requests.finish();
                 break;
             }
         }
@@ -435,11 +434,9 @@ ExitCode run( const Json& input, const RunOptions& options )
             written = simulation->steps();
         }
         if ( ranks.isRoot() )
-            fmt::print(
-                stderr,
-                "\nmachpoint: {}\nThe last good state, that of step {}, is "
-                "in {}\n",
-                failure.what(), written, directory.path().string() );
+            tell( "\nmachpoint: {}\nThe last good state, that of step {}, is "
+                  "in {}\n",
+                  failure.what(), written, directory.path().string() );
         code = numerical_failure;
     }
     progress.show( *simulation, true );
@@ -457,8 +454,8 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( options.estimate_error && code == finished )
     {
         if ( !options.quiet && ranks.isRoot() )
-            fmt::print( stderr, "machpoint: runs coarser grids to estimate the "
-                                "error\n" );
+            tell( "machpoint: runs coarser grids to estimate the "
+                  "error\n" );
         const auto fine = simulation->gridData();
         const double time = simulation->time();
         simulation.reset(); // makes room
@@ -481,13 +478,12 @@ ExitCode run( const Json& input, const RunOptions& options )
         fmt::print( "{}", formatSummary( summary ) );
     fmt::print( "output: {}\n", directory.path().string() );
     if ( code == stopped_early )
-        fmt::print( stderr, "machpoint: stopped by {} after step {}; {}\n",
-                    requests.reason(),
-                    summary.at( "steps" ).get<std::int64_t>(),
-                    can_keep ? "to go on, repeat the command with --restart "
-                               "latest"
-                             : "there is no checkpoint, because this build "
-                               "lacks HDF5" );
+        tell( "machpoint: stopped by {} after step {}; {}\n", requests.reason(),
+              summary.at( "steps" ).get<std::int64_t>(),
+              can_keep ? "to go on, repeat the command with --restart "
+                         "latest"
+                       : "there is no checkpoint, because this build "
+                         "lacks HDF5" );
     return code;
 }
 

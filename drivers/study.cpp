@@ -6,6 +6,7 @@
 #include <drivers/study_probe.hpp>
 #include <drivers/study_process.hpp>
 #include <drivers/study_report.hpp>
+#include <drivers/tell.hpp>
 
 #include <core/file.hpp>
 #include <core/price.hpp>
@@ -212,11 +213,12 @@ class Laboratory
                 former.at( "reference" ) == referenceName( _study.reference );
             auto keep = [&]( Json record )
             {
-                // A run that was killed, or met a full disk, may do better.
+                // A run that was killed, or met a full disk or memory, may do
+                // better. (An input was checked before.)
                 const int code = record.value( "exit_code", 0 );
                 const bool is_finished = record.at( "status" ) == "finished";
                 if ( ( is_finished && ( is_judged || judgeAnew( record ) ) ) ||
-                     code == numerical_failure || code == wrong_input )
+                     code == numerical_failure )
                     _former[record.at( "id" )] = record;
             };
             for ( const auto& record : former.at( "rows" ) )
@@ -321,8 +323,8 @@ class Laboratory
         compare();
         save();
         std::fflush( stdout ); // in order, where both go to one file
-        fmt::print( stderr, "round {} of {} {} {}\n", round, _study.repeats,
-                    formatRow( row, _study.error ), row.run.line );
+        tell( "round {} of {} {} {}\n", round, _study.repeats,
+              formatRow( row, _study.error ), row.run.line );
         return true;
     }
 
@@ -401,8 +403,15 @@ class Laboratory
             else if ( _study.reference == Reference::known )
                 compareToKnown( row );
             else if ( _study.reference == Reference::finer )
+            {
                 if ( const auto* next = nextFiner( row ) )
                     compare( row, *next );
+                else // now the finest; of a former call it may not have been
+                {
+                    row.record.erase( "errors" );
+                    row.record.erase( "compared_to" );
+                }
+            }
     }
 
     //! How far a run without an effect is from the scene as it is.
@@ -725,14 +734,13 @@ ExitCode runStudy( const std::string& file, const StudyOptions& options )
                                 : fs::path( options.output );
     Laboratory laboratory( study, folder );
     if ( const auto foreign = laboratory.foreignRows() )
-        fmt::print( stderr,
-                    "machpoint: {} runs in {} are of another build and "
-                    "kept; to make them anew, remove the directory\n",
-                    foreign, folder.string() );
+        tell( "machpoint: {} runs in {} are of another build and "
+              "kept; to make them anew, remove the directory\n",
+              foreign, folder.string() );
     if ( !laboratory.runAll() )
     {
-        fmt::print( stderr, "machpoint: stopped; to go on, repeat the "
-                            "command\n" );
+        tell( "machpoint: stopped; to go on, repeat the "
+              "command\n" );
         return stopped_early;
     }
     const auto& rows = laboratory.rows();

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <set>
 
 namespace Machpoint
@@ -133,7 +134,8 @@ std::string shown( const Json& value )
 }
 
 //! "conservative cubic per_cell=4": what tells a line from the others.
-std::string lineName( const Json& settings )
+//! \param whole_paths or "method.name=conservative ... particles.per_cell=4"
+std::string lineName( const Json& settings, const bool whole_paths )
 {
     std::vector<std::string> words;
     for ( const auto& item : settings.items() )
@@ -141,13 +143,38 @@ std::string lineName( const Json& settings )
         if ( item.key() == resolution )
             continue;
         const auto& path = item.key();
-        words.push_back(
-            item.value().is_string()
-                ? item.value().get<std::string>()
-                : fmt::format( "{}={}", path.substr( path.rfind( '.' ) + 1 ),
-                               item.value().dump() ) );
+        const auto value = shown( item.value() );
+        if ( whole_paths )
+            words.push_back( fmt::format( "{}={}", path, value ) );
+        else if ( item.value().is_string() )
+            words.push_back( value );
+        else
+            words.push_back( fmt::format(
+                "{}={}", path.substr( path.rfind( '.' ) + 1 ), value ) );
     }
     return fmt::format( "{}", fmt::join( words, " " ) );
+}
+
+//! The name of the line of a run with these settings.
+std::string lineOf( const Json& settings, const Study& study )
+{
+    const auto name = lineName( settings, study.whole_paths );
+    return name.empty() ? study.name : name;
+}
+
+//! Has each line a name of its own?
+bool areLinesTold( const std::vector<StudyRun>& runs )
+{
+    std::map<std::string, Json> lines;
+    for ( const auto& run : runs )
+    {
+        auto settings = run.settings;
+        settings.erase( resolution );
+        const auto line = lines.emplace( run.line, settings ).first;
+        if ( line->second != settings )
+            return false;
+    }
+    return true;
 }
 
 void setValue( Json& input, const std::string& path, const Json& value )
@@ -526,6 +553,12 @@ class Reader
         }
         for ( const auto& settings : expandMatrix( _json.at( "vary" ) ) )
             add( settings, _study.runs );
+        if ( !areLinesTold( _study.runs ) )
+        {
+            _study.whole_paths = true;
+            for ( auto& run : _study.runs )
+                run.line = lineOf( run.settings, _study );
+        }
         if ( _study.reference == Reference::run )
             add( _json.at( "reference" ).at( "set" ), _study.reference_run );
     }
@@ -573,7 +606,7 @@ void requireInside( const Json& probes, const Json& input,
 StudyRun makeStudyRun( const Study& study, const Json& settings,
                        const std::string& file )
 {
-    StudyRun run{ lineName( settings ), settings, study.scene };
+    StudyRun run{ lineOf( settings, study ), settings, study.scene };
     std::vector<std::string> words;
     for ( const auto& item : settings.items() )
     {
@@ -593,8 +626,6 @@ StudyRun makeStudyRun( const Study& study, const Json& settings,
                       : fmt::format( "{}: {}", file, fmt::join( words, " " ) );
     run.input = resolveInput( run.input, name );
     requireInside( study.probes, run.input, name );
-    if ( run.line.empty() )
-        run.line = study.name;
     return run;
 }
 

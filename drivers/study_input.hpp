@@ -75,6 +75,7 @@ struct Study
     Json probes; //!< resolved
     int repeats = 1;
     Clock clock = Clock::wall;  //!< not from the file
+    bool whole_paths = false;   //!< in names of lines, where shorter ones agree
     Json scene;                 //!< input with `set`, not resolved
     std::vector<StudyRun> runs; //!< in the order of the file; of effects the
                                 //!< scene as it is, without each, without all

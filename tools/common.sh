@@ -12,6 +12,9 @@ fail() {
     exit 1
 }
 
+# CMake's search for HDF5 breaks there, and says that there is none.
+[[ $root != *[[:space:]]* ]] || fail "\"$root\" contains a space; clone elsewhere"
+
 # Runs a command and shows what it printed only when it fails.
 quietly() {
     local log status=0

@@ -752,6 +752,19 @@ class Run(CommandLineTest):
                         self.assertEqual(len(file[name]),
                                          len(file["density"]))
 
+    def test_a_log_that_is_full_ends_no_run(self):
+        out = self.directory / "out"
+        with open("/dev/full", "w") as full:
+            result = subprocess.run(
+                [EXECUTABLE, "run", SOD, "--set", "grid.cells=[20]", "--output", out],
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=full,
+                timeout=20, env=ENVIRONMENT)
+        self.assertEqual(result.returncode, FINISHED)
+        summary = json.loads((out / "summary.json").read_text())
+        self.assertEqual(summary["final_time"], summary["input"]["time"]["end"])
+        self.assert_whole(out)
+
+
 
 class Interrupted(CommandLineTest):
     """A run that would take minutes is stopped after its second output."""

@@ -142,13 +142,24 @@ class EstimatedError(PriceTest):
         self.assertEqual(summary["price"]["error_source"], "estimated")
 
     def test_two_grids_show_no_order(self):
-        _, summary = self.judge("sod", "grid.cells=[24]")
-        estimate = summary["error_estimate"]
-        self.assertEqual([run["cells"] for run in estimate["companions"]],
-                         [[12]])
-        self.assertEqual(estimate["fields"]["density"]["order"], 1)
-        self.assertIsNone(estimate["fields"]["density"]["observed_order"])
-        self.assertEqual(summary["price"]["order_source"], "assumed")
+        # The quarter has too few cells, for the estimate or for the ranks.
+        for cells, ranks, reason in [
+                (24, 1, "a grid of a quarter has too few cells"),
+                (40, 4, "--estimate-error runs the scene with 10 cells")]:
+            with self.subTest(cells=cells):
+                shown, summary = self.judge("sod", f"grid.cells=[{cells}]",
+                                            ranks=ranks)
+                estimate = summary["error_estimate"]
+                self.assertEqual(
+                    [run["cells"] for run in estimate["companions"]],
+                    [[cells // 2]])
+                density = estimate["fields"]["density"]
+                self.assertEqual(density["order"], 1)
+                self.assertIsNone(density["observed_order"])
+                self.assertIn(reason, estimate["order_message"])
+                self.assertIn(f"no observed order: {estimate['order_message']}\n",
+                              shown)
+                self.assertEqual(summary["price"]["order_source"], "assumed")
 
     def test_of_a_run_that_ends_early(self):
         _, whole = self.judge("sod", "grid.cells=[64]")

@@ -197,6 +197,14 @@ class Stopped(RestartTest):
         self.run_code(FINISHED, "--restart", "latest")
         self.assertSameRun()
 
+    def test_stop_file_during_the_last_step(self):
+        self.output.mkdir()
+        (self.output / "stop").touch()
+        self.run_code(FINISHED, "--set", "time.end=1e-6", "--set", "checkpoint={}")
+        self.assertEqual(summary(self.output)["final_time"], 1e-6)
+        self.assertFalse((self.output / "stop").exists())
+        self.assertFalse((self.output / "checkpoints").exists())
+
     def test_max_steps(self):
         self.run_code(FINISHED, "--max-steps", 33)
         self.assertEqual([int(path.stem) for path in checkpoints(self.output)],

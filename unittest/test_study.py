@@ -104,6 +104,29 @@ class Rows(StudyTest):
         self.assertEqual([r["grid.cells"] for r in table],
                          ["[20]", "[40]", "[20]", "[40]"])
 
+    def test_lines_have_names_of_their_own(self):
+        # Pressures of the left and of the right, of the same numbers.
+        path = self.write(repeats=1, reference={"type": "finer"}, vary=[
+            {"initial.0.left.pressure": [2], "grid.cells": [[10], [40]]},
+            {"initial.0.right.pressure": [2], "grid.cells": [[20], [80]]}])
+        self.study(path)
+        rows = self.result()["rows"]
+        self.assertEqual([row["line"] for row in rows],
+                         2 * ["initial.0.left.pressure=2"] +
+                         2 * ["initial.0.right.pressure=2"])
+        for coarse, fine in (rows[:2], rows[2:]):
+            self.assertEqual(coarse["compared_to"], fine["id"])
+            self.assertNotIn("compared_to", fine)
+        self.assertEqual(len(self.result()["laws"]), 2)
+        # A finest grid is compared to nothing, whatever was before.
+        path = self.write(repeats=1, reference={"type": "finer"}, vary=[
+            {"initial.0.left.pressure": [2], "grid.cells": [[10], [20], [40]]}])
+        self.study(path)
+        path = self.write(repeats=1, reference={"type": "finer"}, vary=[
+            {"initial.0.left.pressure": [2], "grid.cells": [[10], [20]]}])
+        self.study(path)
+        self.assertNotIn("compared_to", self.result()["rows"][1])
+
     def test_finite_volumes_beside_particles(self):
         path = self.write(vary=[{"grid.cells": [[40]]},
                                 {"solver": ["finite_volume"],

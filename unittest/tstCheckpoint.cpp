@@ -544,8 +544,10 @@ TEST_F( File, theNewestThatCanBeReadIsTaken )
 
 TEST_F( File, onlyCheckpointsAreRemoved )
 {
-    const auto notes = _folder / "notes.h5";
-    writeBytes( notes, {} );
+    const auto notes = _folder / "notes.h5", draft = _folder / "notes.h5.tmp",
+               half = _folder / "00000003.h5.tmp"; // of a run that was killed
+    for ( const auto& file : { notes, draft, half } )
+        writeBytes( file, {} );
     keepCheckpoints( _folder, 2 );
     EXPECT_TRUE( fs::exists( _first ) );
     keepCheckpoints( _folder, 1 );
@@ -555,7 +557,9 @@ TEST_F( File, onlyCheckpointsAreRemoved )
     EXPECT_TRUE( fs::exists( _second ) );
     removeCheckpointsAfter( _folder, 5 );
     EXPECT_FALSE( fs::exists( _second ) );
+    EXPECT_FALSE( fs::exists( half ) );
     EXPECT_TRUE( fs::exists( notes ) );
+    EXPECT_TRUE( fs::exists( draft ) );
 }
 
 #endif

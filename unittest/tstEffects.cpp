@@ -503,6 +503,16 @@ class Plugs : public Module<Dim>
     SlipWall<Dim> _lower, _upper;
 };
 
+//! Of particles in 1D.
+std::map<std::int64_t, double> velocitiesById( Simulation& run )
+{
+    const auto data = run.particleData();
+    std::map<std::int64_t, double> velocities;
+    for ( std::size_t p = 0; p < data.id.size(); ++p )
+        velocities[data.id[p]] = data.velocity[p];
+    return velocities;
+}
+
 // What a type says of its entry counts as if it were one of ours.
 TEST( BoundaryFromOutside, isAskedAboutItsEntry )
 {
@@ -521,10 +531,11 @@ TEST( BoundaryFromOutside, isAskedAboutItsEntry )
     auto plugs = simulate( own );
     for ( auto* run : { walls.get(), plugs.get() } )
         advanceTo( *run, 0.6 ); // waves are back from both ends
-    const auto a = walls->particleData(), b = plugs->particleData();
-    ASSERT_EQ( a.id, b.id );
-    for ( std::size_t p = 0; p < a.id.size(); ++p )
-        EXPECT_NEAR( a.velocity[p], b.velocity[p], tolerance( 1e-11 ) );
+    // Rows of particles that share a cell may differ on a GPU.
+    const auto a = velocitiesById( *walls ), b = velocitiesById( *plugs );
+    ASSERT_EQ( a.size(), b.size() );
+    for ( const auto& [id, velocity] : a )
+        EXPECT_NEAR( velocity, b.at( id ), tolerance( 1e-11 ) );
     EXPECT_EQ( resolveInput( own, "test" )["boundary"][0]["of"],
                "conservative" );
 

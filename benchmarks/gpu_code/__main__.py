@@ -117,6 +117,8 @@ def section(kernels, precision="double"):
     step = [kernel for kernel in kernels if kernel[0] in STEP and
             "RoundedTerms" not in kernel[1] and
             built & set(kernel[1].split(", "))]
+    if not step:
+        sys.exit(f"no kernels called {', '.join(STEP)}")
     order = list(STEP)
     step.sort(key=lambda kernel: (order.index(kernel[0]), *kernel[1:3]))
     text = page.table(["", "template arguments, kernel", "registers",

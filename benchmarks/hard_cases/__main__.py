@@ -73,6 +73,8 @@ def main():
                            arguments.method or arguments.sets):
         parser.error("--docs is of all cases and methods at full size, as "
                      "they are")
+    if arguments.sets and (arguments.draws or arguments.cfl):
+        parser.error("--set is for the cases, not for --draws and --cfl")
 
     names = [case.name for case in suite.CASES]
     for name in arguments.case or []:

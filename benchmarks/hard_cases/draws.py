@@ -76,11 +76,8 @@ def solve(work, method, number):
     mass in the domain."""
     directory = work.output / "runs" / f"draws-{method}" / str(number)
     scene = json.loads((ROOT / SCENE).read_text())
-    # Small, and several at once: threads that spin for each other would take
-    # thirty times as long.
     run = execute(work.machpoint, SCENE,
-                  settings(scene, method, overrides(number)), directory, 600,
-                  threads=1)
+                  settings(scene, method, overrides(number)), directory, 600)
     result = {"number": number, "code": run.code, "command": run.command,
               "vacuum": is_vacuum_forming(*draw(number)), "error": None,
               "retries": None, "broken": broken_invariants(run, MOST_STEPS)}

@@ -101,12 +101,11 @@ class Run:
                 yield self.read(kind, index)
 
 
-def execute(machpoint, scene, sets, directory, timeout, threads=None):
-    """Runs a scene; never raises for what the run does.
+def execute(machpoint, scene, sets, directory, timeout):
+    """Runs a scene on one thread; never raises for what the run does.
 
     scene: path of an input below the repository's root; sets: {dotted path:
-    value}; directory: replaced; timeout: seconds; threads: of OpenMP, else
-    those of the environment.
+    value}; directory: replaced; timeout: seconds.
     """
     directory = pathlib.Path(directory)
     shutil.rmtree(directory, ignore_errors=True)
@@ -114,9 +113,7 @@ def execute(machpoint, scene, sets, directory, timeout, threads=None):
     for path, value in sets.items():
         words += ["--set", f"{path}={json.dumps(value)}"]
     shown = shlex.join(["machpoint", "run", str(scene), *words])
-    environment = dict(os.environ, OMP_PROC_BIND="false")
-    if threads:
-        environment["OMP_NUM_THREADS"] = str(threads)
+    environment = dict(os.environ, OMP_PROC_BIND="false", OMP_NUM_THREADS="1")
     start = time.monotonic()
     try:
         result = subprocess.run(

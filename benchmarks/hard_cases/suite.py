@@ -205,8 +205,8 @@ class Suite:
 
 
 def misses(case, result):
-    """Bounds that a result does not keep: a list of texts. At full size that
-    includes bounds of values which were not measured."""
+    """Bounds that a result does not keep: a list of texts. That includes bounds
+    of values which were not measured, except those of full size in a fast run."""
     missed = []
     for label, bound in case.bounds.items():
         if bound.source == COARSE and not result["fast"]:
@@ -215,6 +215,6 @@ def misses(case, result):
             value = result["values"][label]
             if not bound.holds(value):
                 missed.append(f"{label} = {value} not {bound}")
-        elif not result["fast"]:
+        elif not result["fast"] or bound.source == COARSE:
             missed.append(f"{label} not measured")
     return missed

@@ -17,6 +17,7 @@ import argparse
 import json
 import os
 import pathlib
+import statistics
 import subprocess
 import sys
 
@@ -165,7 +166,7 @@ def main():
                     and case.scene != "cylinder_mach3"]
         if any(case.ranks > 1 for case, _ in of_model):
             fits[dim] = model.fit(dict(of_model).items(), dim)
-    memory = {copies: sorted(sum(rate) for rate in found)[len(found) // 2]
+    memory = {copies: statistics.median(sum(rate) for rate in found)
               for copies, found in rates.items()}
     for copies, rate in memory.items():
         print(f"memory bandwidth, {copies} at once: {rate / 1e9:.2f} GB/s")
