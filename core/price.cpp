@@ -49,7 +49,7 @@ std::string formatEstimate( const Json& estimate )
 
 } // namespace
 
-Json makePrice( const Json& summary )
+Json makePrice( const Json& summary, const double process_seconds )
 {
     const Json* estimate = nullptr;
     if ( const auto& e = summary.at( "error_estimate" );
@@ -92,10 +92,12 @@ Json makePrice( const Json& summary )
     price["order_source"] = is_observed ? "observed" : "assumed";
     const double dim = summary.at( "dimension" );
     // Outputs are as many, however fine the grid.
-    const double output = summary.at( "communication" )
-                              .at( "seconds" )
-                              .at( "output" )
-                              .at( "largest" );
+    const double output_now = summary.at( "communication" )
+                                  .at( "seconds" )
+                                  .at( "output" )
+                                  .at( "largest" );
+    const double output =
+        process_seconds > 0 ? wall * output_now / process_seconds : 0;
     if ( order >= lowest_order )
         price["half_error_seconds"] =
             output + ( wall - output ) * std::pow( 2, ( dim + 1 ) / order );

@@ -280,7 +280,7 @@ Json makeSummary( Simulation& simulation, const Json& input,
                                     { "seconds", e.seconds } } );
     json["communication"] = communication( ranks, facts.traffic );
     json["error_estimate"] = nullptr;
-    json["price"] = makePrice( json );
+    json["price"] = makePrice( json, facts.process_seconds );
     json["input"] = input;
     json["revision"] = revision;
     return json;

@@ -49,7 +49,8 @@ struct RunFacts
     std::int64_t particles_initial = 0;
     std::int64_t particle_updates = 0; //!< particles moved, over all steps
     double wall_seconds = 0;
-    double first_step_seconds = 0; //!< of wall_seconds; of this process
+    double process_seconds = 0;    //!< of these, since the last restart
+    double first_step_seconds = 0; //!< of this process
     Traffic traffic;               //!< this rank's
     std::vector<FieldError> errors;
 };

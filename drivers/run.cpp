@@ -442,7 +442,8 @@ ExitCode run( const Json& input, const RunOptions& options )
     progress.show( *simulation, true );
     if ( code != numerical_failure && written != simulation->steps() )
         write();
-    facts.wall_seconds = seconds_before + timer.seconds();
+    facts.process_seconds = timer.seconds();
+    facts.wall_seconds = seconds_before + facts.process_seconds;
     facts.traffic = Traffic::upToNow();
     facts.particle_updates = progress.updates();
     if ( exact && code != numerical_failure )
@@ -469,7 +470,7 @@ ExitCode run( const Json& input, const RunOptions& options )
                                    requests.finish();
                                return stop;
                            } );
-        summary["price"] = makePrice( summary );
+        summary["price"] = makePrice( summary, facts.process_seconds );
         directory.writeSummary( summary.dump( 2 ) + "\n" );
     }
     if ( !ranks.isRoot() )

@@ -35,7 +35,7 @@ class PriceTest(unittest.TestCase):
         """A run, in an empty directory."""
         words = [EXECUTABLE, "run", str(INPUTS / f"{scene}.json"),
                  *map(str, options)]
-        for text in [*sets, *NO_FIELDS]:
+        for text in [*NO_FIELDS, *sets]:
             words += ["--set", text]
         if ranks > 1:
             launcher = os.environ.get("MACHPOINT_MPIEXEC")
@@ -84,6 +84,19 @@ class Price(PriceTest):
         self.assertRegex(shown, r"  price: .* s for a density error of .* % "
                          r"\(L1, against exact\); half of it takes some .* s "
                          r"\(assumed order 1\)\n")
+
+    def test_outputs_before_a_restart_count(self):
+        # A run that little but writes costs little more on a finer grid.
+        sets = ["grid.cells=[20]", "output.every=0.005", "output.particles=true",
+                'checkpoint={"every_steps":10000}']
+        _, summary = self.run_scene("sod", *sets, options=["--max-steps", 36])
+        self.assertLess(summary["final_time"], summary["input"]["time"]["end"])
+        result = self.machpoint("sod", sets, "--output", self.output,
+                                "--restart", "latest")
+        summary = json.loads((self.output / "summary.json").read_text())
+        self.assertIn("goes on from", result.stderr)
+        self.assertLess(summary["price"]["half_error_seconds"],
+                        2 * summary["wall_seconds"])
 
     def test_what_is_not_known_is_not_told(self):
         shown, summary = self.run_scene("two_blasts", "grid.cells=[20]")
