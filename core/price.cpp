@@ -96,8 +96,10 @@ Json makePrice( const Json& summary, const double process_seconds )
                                   .at( "seconds" )
                                   .at( "output" )
                                   .at( "largest" );
-    const double output =
-        process_seconds > 0 ? wall * output_now / process_seconds : 0;
+    // The first output comes before the clock, and a restart may make no step.
+    const double output = output_now < process_seconds
+                              ? wall * output_now / process_seconds
+                              : wall;
     if ( order >= lowest_order )
         price["half_error_seconds"] =
             output + ( wall - output ) * std::pow( 2, ( dim + 1 ) / order );
