@@ -765,7 +765,6 @@ class Run(CommandLineTest):
         self.assert_whole(out)
 
 
-
 class Interrupted(CommandLineTest):
     """A run that would take minutes is stopped after its second output."""
 

@@ -127,6 +127,16 @@ class Rows(StudyTest):
         self.study(path)
         self.assertNotIn("compared_to", self.result()["rows"][1])
 
+    def test_what_met_no_memory_is_tried_again(self):
+        path = self.write(vary=MATRIX, repeats=1)
+        self.study(path)
+        study = self.result()
+        study["rows"][0].update(status="failed", exit_code=WRONG_INPUT,
+                                message="out of memory")
+        (self.output / "study.json").write_text(json.dumps(study))
+        self.study(path)
+        self.assertEqual(self.result()["rows"][0]["status"], "finished")
+
     def test_finite_volumes_beside_particles(self):
         path = self.write(vary=[{"grid.cells": [[40]]},
                                 {"solver": ["finite_volume"],
