@@ -59,7 +59,7 @@ class Obstacle : public Module<Dim>
             .defaultsTo( "bilateral" )
             .source( "eq. 7, Baioni et al. 2023" );
         p.number( "reach", "nodes up to this far outside are projected too" )
-            .unit( "cells" )
+            .unit( "cells along the normal" )
             .atLeast( -1 )
             .atMost( 1 )
             .defaultsTo( 0.5 )
@@ -117,11 +117,15 @@ class Obstacle : public Module<Dim>
         if ( !_has_images )
         {
             const auto shape = _shape;
-            const Real reach = _reach * state.grid.minSpacing();
+            const auto grid = state.grid;
+            const Real reach = _reach;
             _nodes = listNodes(
                 "Machpoint::solidNodes", state.layout,
                 MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
-                    return shape.distance( x ) < reach &&
+                    const auto nearest = shape.nearest( x );
+                    return nearest.distance <
+                               imageDistance<Dim>( grid, reach,
+                                                   nearest.normal ) &&
                            bodies.nearestBody( x ) == own;
                 } );
             return;
@@ -152,6 +156,7 @@ class Obstacle : public Module<Dim>
         const auto shape = _shape;
         const auto grid = state.grid;
         const auto bodies = state.bodies;
+        const auto period = state.layout.period;
         const int own = this->body;
         const Real seam = nudge * grid.minSpacing();
         const Real cells = _image_reach;
@@ -174,10 +179,11 @@ class Obstacle : public Module<Dim>
                     return;
                 const Mirror<Dim> mirror{ nearest.normal, nearest.distance };
                 const auto image = mirror.point( y );
-                for ( int d = 0; d < Dim; ++d )
-                    if ( image[d] < grid.lower[d] - grid.spacing[d] ||
-                         image[d] >= grid.upper[d] + grid.spacing[d] )
-                        return; // reaches no node of the domain
+                if ( isBeyondMirrors<Dim>( image, grid, period ) ||
+                     ( nearest.distance > 0 &&
+                       bodies.depth( image, seam, grid, period ) <
+                           same_surface * nearest.distance ) )
+                    return;
                 if ( final )
                 {
                     const int row = list.count + k;

@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_BODIES_HPP
 #define MACHPOINT_BODIES_HPP
 
+#include <core/grid.hpp>
 #include <core/shape.hpp>
 
 #include <vector>
@@ -51,6 +52,32 @@ struct Bodies
     KOKKOS_FUNCTION bool contain( const Vector<Dim>& x ) const
     {
         return count > 0 && shape.distance( x ) < 0;
+    }
+
+    //! How deep a place is below the surface of them all that gas may touch:
+    //! infinitely where that is a seam within, or beyond a side.
+    //! \param seam width, length \param period cells; 0: not periodic
+    KOKKOS_FUNCTION Real depth( const Vector<Dim>& x, const Real seam,
+                                const Grid<Dim>& grid,
+                                const Indices<Dim>& period ) const
+    {
+        const auto part = shape.nearest( x );
+        auto outside = x;
+        for ( int d = 0; d < Dim; ++d )
+            outside[d] += ( seam - part.distance ) * part.normal[d];
+        bool is_surface = true;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            const bool is_below = outside[d] < grid.lower[d];
+            if ( !is_below && outside[d] <= grid.upper[d] )
+                continue;
+            const Real length = grid.upper[d] - grid.lower[d];
+            outside[d] += is_below ? length : -length;
+            is_surface = is_surface && period[d] > 0;
+        }
+        return is_surface && shape.distance( outside ) >= 0
+                   ? -part.distance
+                   : Kokkos::Experimental::infinity_v<Real>;
     }
 
     //! Distance and normal of one of them.

@@ -56,10 +56,8 @@ struct ImageCover
     //! Is there an image of gas in a body? \param x in the domain or beyond
     KOKKOS_FUNCTION bool isImage( const Vector<Dim>& x ) const
     {
-        for ( int d = 0; d < Dim; ++d )
-            if ( x[d] < grid.lower[d] - grid.spacing[d] ||
-                 x[d] >= grid.upper[d] + grid.spacing[d] )
-                return false; // those are left out
+        if ( isBeyondMirrors<Dim>( x, grid, period ) )
+            return false;
         for ( int b = 0; b < bodies.count; ++b )
             if ( isImageIn( x, b ) )
                 return true;
@@ -77,9 +75,11 @@ struct ImageCover
         // Shorter ones than usual are no gaps, but what the input asks for.
         const Real reach =
             Kokkos::max( bodies.image_reach( body ), Real( usual_image ) );
+        const Real depth =
+            bodies.depth( x, nudge * grid.minSpacing(), grid, period );
         auto isMirror = [&]( const Nearest<Dim>& part )
         {
-            if ( part.distance >= 0 ||
+            if ( part.distance >= 0 || depth < -same_surface * part.distance ||
                  part.distance <
                      -imageDistance<Dim>( grid, reach, part.normal ) )
                 return false;
@@ -125,8 +125,11 @@ struct ImageCover
         const auto home = beyond( x, outside );
         if ( isGas( home ) )
             return true;
+        int periodic = 0;
+        for ( int d = 0; d < Dim; ++d )
+            periodic |= period[d] > 0 ? 1 << d : 0;
         for ( int axes = 0; axes < 1 << Dim; ++axes )
-            if ( isImage( beyond( home, axes ) ) )
+            if ( ( axes & ~periodic ) == 0 && isImage( beyond( home, axes ) ) )
                 return true;
         return false;
     }

@@ -17,7 +17,8 @@ inline constexpr double usual_image = 2.2; //!< if an input does not say
 inline constexpr double farthest_image = 4;
 //! @}
 
-//! The same in length: cells as long as they are along the normal.
+//! The same in length: cells as long as they are along the normal. With the
+//! sign of the cells.
 //! \param cells of reach \param normal of the surface
 template <int Dim>
 KOKKOS_INLINE_FUNCTION Real imageDistance( const Grid<Dim>& grid,
@@ -28,6 +29,24 @@ KOKKOS_INLINE_FUNCTION Real imageDistance( const Grid<Dim>& grid,
     for ( int d = 0; d < Dim; ++d )
         square += grid.spacing[d] * normal[d] * ( grid.spacing[d] * normal[d] );
     return cells * Kokkos::sqrt( square );
+}
+
+//! An image less deep than this part of its particle's distance lies behind
+//! another part of the surface, and is left to the particles there.
+inline constexpr Real same_surface = 0.99_rt;
+
+//! Is an image beyond a side that mirrors the gas, the images in it, too? There
+//! it would be one too many. \param period cells; 0 where the side mirrors
+template <int Dim>
+KOKKOS_INLINE_FUNCTION bool isBeyondMirrors( const Vector<Dim>& image,
+                                             const Grid<Dim>& grid,
+                                             const Indices<Dim>& period )
+{
+    for ( int d = 0; d < Dim; ++d )
+        if ( period[d] == 0 &&
+             ( image[d] < grid.lower[d] || image[d] > grid.upper[d] ) )
+            return true;
+    return false;
 }
 
 //! Cells along an axis between a particle and its image at most, whatever the

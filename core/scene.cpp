@@ -44,7 +44,7 @@ void makeModules( const Json& list,
                     factory.name ) );
             auto name = factory.name;
             for ( const auto* key : { "side", "name" } )
-                if ( json.contains( key ) )
+                if ( json.contains( key ) && json.at( key ).is_string() )
                     name = fmt::format(
                         "{} {}", name,
                         json.at( key ).template get<std::string>() );
@@ -123,17 +123,22 @@ std::vector<Shape<Dim, Kokkos::HostSpace>> regionsOf( const Json& input,
 }
 
 //! A body that reaches through a periodic side must go on beyond the opposite
-//! one: asks at the nodes of both.
+//! one, and one with images whose gas is beyond it, too: asks at the nodes of
+//! both.
 template <int Dim>
 void checkPeriodicBodies( const Json& input, const Grid<Dim>& grid,
                           std::vector<std::string>& errors )
 {
     Json solids = Json::array();
+    Real reach = 0;
     Indices<Dim> is_periodic{};
     for ( const auto& entry : input.at( "boundary" ) )
     {
         if ( const auto& hooks = boundaryHooks( entry, Dim ); hooks.solid )
             solids.push_back( hooks.solid( entry ) );
+        if ( entry.value( "treatment", Json() ) == "images" )
+            reach = Kokkos::max( reach, entry.at( "image_reach" ).get<Real>() *
+                                            grid.maxSpacing() );
         for ( const auto& claim : sidesOf( entry, Dim ) )
             if ( claim.kind == SideKind::periodic )
                 is_periodic[claim.side / 2] = 1;
@@ -155,16 +160,18 @@ void checkPeriodicBodies( const Json& input, const Grid<Dim>& grid,
             const Real lower = shape.distance( x );
             x[axis] = grid.upper[axis];
             const Real upper = shape.distance( x );
-            if ( ( lower < 0 ) == ( upper < 0 ) ||
+            const Real nearer = Kokkos::min( lower, upper );
+            if ( nearer > reach || Kokkos::max( lower, upper ) < 0 ||
                  Kokkos::abs( lower - upper ) < slight )
                 continue;
-            const int side = 2 * axis + ( lower < 0 ? 0 : 1 );
-            if ( lower < 0 )
+            const int side = 2 * axis + ( lower < upper ? 0 : 1 );
+            if ( lower < upper )
                 x[axis] = grid.lower[axis];
             errors.push_back( fmt::format(
-                "/boundary: the body that reaches through the periodic side {} "
-                "{} does not go on at {}; add it once more, moved by the "
-                "domain's length, as a member of a union",
+                "/boundary: the body {} the periodic side {} {} does not go on "
+                "at {}; add it once more, moved by the domain's length, as a "
+                "member of a union",
+                nearer < 0 ? "that reaches through" : "within image_reach of",
                 names[side], near<Dim>( x ), names[side ^ 1] ) );
             break;
         }
@@ -522,11 +529,15 @@ NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene )
     for ( int d = 0; d < Dim; ++d )
     {
         reach[d] = needs.reach;
-        if ( state.decomposition.ranks()[d] == 1 )
-            continue; // what is beyond the domain reaches none of its nodes
+        const bool is_cut = state.decomposition.ranks()[d] > 1;
+        const bool is_periodic =
+            scene.side_kinds[2 * d].front() == SideKind::periodic;
+        if ( !is_cut && !is_periodic )
+            continue; // images beyond the domain are left out
         reach[d] += static_cast<int>(
             std::ceil( imageSpan<Dim>( state.grid, imageReach( scene ), d ) ) );
-        margin[d] = needs.margin;
+        if ( is_cut )
+            margin[d] = needs.margin;
     }
     NodeLayout<Dim> layout( state.grid, state.decomposition.box(),
                             needs.centred, needs.halo, reach, margin );

@@ -401,6 +401,41 @@ TEST( Images, findNoGapsWhereTheGasIsMirrored )
                        0.2, "seam" );
 }
 
+// A body on a periodic side is mirrored as one in the middle: the images of gas
+// beyond the side are on this one. It must be there for that.
+TEST( Images, areTheSameAcrossPeriodicSides )
+{
+    const auto rhombus = []( const Real x, const Real y )
+    {
+        return Json{ { "type", "polygon" },
+                     { "vertices",
+                       { { x - 0.22, y },
+                         { x, y - 0.13 },
+                         { x + 0.22, y },
+                         { x, y + 0.13 } } } };
+    };
+    const auto forces = [&]( const std::vector<Json>& shapes )
+    {
+        auto input = box( 2, 32, 2, "conservative", "quadratic", "periodic" );
+        addViscosity( input );
+        input["initial"][0]["velocity"] = { 0.6, 0.1 };
+        addBodies( input, { Json{ { "type", "union" },
+                                  { "shapes", Json( shapes ) } } } );
+        auto run = simulate( input );
+        advance( *run, 20 );
+        return run->series().at( 0 )->rows;
+    };
+    const auto middle = forces( { rhombus( 0.5, 0.5 ) } );
+    for ( const auto& rows :
+          { forces( { rhombus( 0, 0.5 ), rhombus( 1, 0.5 ) } ),
+            forces( { rhombus( 0.5, 0 ), rhombus( 0.5, 1 ) } ) } )
+        for ( std::size_t k = 0; k < rows.size(); ++k )
+            for ( int c = 0; c < 3; ++c )
+                EXPECT_NEAR( rows[k][c], middle[k][c], tolerance( 1e-12 ) )
+                    << k << c;
+    EXPECT_THROW( forces( { rhombus( 0.72, 0.5 ) } ), InputError );
+}
+
 // Bodies may share a surface: there is one image of a particle, not none or
 // two.
 TEST( Images, areOfOneOfTheBodiesThatShareASurface )

@@ -87,7 +87,7 @@ TEST_P( UniformFlow, isTranslatedExactly )
             for ( std::size_t p = 0; p < data.mass.size(); ++p )
             {
                 const bool leaves = open && data.position[2 * p] > 0.5;
-                const double bound = leaves ? 0.01 : tolerance( 1e-8 );
+                const double bound = leaves ? 0.03 : tolerance( 1e-8 );
                 EXPECT_NEAR( data.velocity[2 * p], 3, bound ) << basis << open;
                 EXPECT_NEAR( data.velocity[2 * p + 1], open ? 0 : 3, bound );
                 EXPECT_NEAR( data.density[p], 1.4, bound );
@@ -1274,7 +1274,8 @@ TEST( Obstacle, workOfImagesIsAccountedFor )
         {
             // One in 2D, two that touch in 2D, one in 3D.
             const int dimension = balls == 3 ? 3 : 2;
-            auto shape = ball( dimension, 0.7, 0.2 );
+            // Farther from the periodic sides than images reach.
+            auto shape = ball( dimension, dimension == 2 ? 0.7 : 0.5, 0.2 );
             if ( balls == 2 )
                 shape = {
                     { "type", "union" },

@@ -304,8 +304,9 @@ CORNER = 0.3  # where wedge and expansion begin
 
 def wedge(runs):
     """Shock angle from where pressure passes the mean of both sides in strips
-    of 0.05; volume-weighted pressure and density between wall and shock, and
-    pressure within h of the wall: all over the exact values."""
+    of 0.05, and how far the shock is ahead of the exact one; volume-weighted
+    pressure and density between wall and shock, and within h of the wall: all
+    over the exact values."""
     values = {}
     for run in runs:
         h = run.spacing
@@ -328,17 +329,22 @@ def wedge(runs):
             heights.append((i + 0.5 + (p[i] - level) / (p[i] - p[i + 1])) *
                            h / 2)
         found = math.atan(np.polyfit(strips, heights, 1)[0])
+        ahead = np.mean(heights - strips * math.tan(beta)) * math.cos(beta)
         span = (x > 0.3) & (x < 1)
         wall = x * math.tan(angle)
         behind = span & (y > wall + 3 * h) & (y < x * math.tan(beta) - 5 * h)
         label = f"Mach {mach:g}, {math.degrees(angle):.0f}°, {size(run)}"
         values[f"shock angle less exact, {label}"] = math.degrees(found - beta)
+        values[f"shock ahead, cells, {label}"] = ahead / h
         values[f"p2/exact, {label}"] = mean(data, "pressure",
                                             behind) / pressure
         values[f"rho2/exact, {label}"] = mean(
             data, "density", behind) / (density * stream["density"])
-        values[f"wall p/exact, {label}"] = mean(
-            data, "pressure", span & (y < wall + h)) / pressure
+        beside = span & (y < wall + h)
+        values[f"wall p/exact, {label}"] = mean(data, "pressure",
+                                                beside) / pressure
+        values[f"wall rho/exact, {label}"] = mean(
+            data, "density", beside) / (density * stream["density"])
     return values
 
 
