@@ -427,6 +427,29 @@ GasState NohSolution::state( const Vector3& x, double t ) const
 //---------------------------------------------------------------------------//
 ExactSolution::~ExactSolution() = default;
 
+Vector3 periodsOf( const Json& input )
+{
+    Vector3 periods{};
+    for ( const Json& entry : input.at( "boundary" ) )
+        if ( entry.at( "type" ) == "periodic" )
+        {
+            const int axis =
+                entry.at( "side" ).get<std::string>().at( 0 ) - 'x';
+            const Json& grid = input.at( "grid" );
+            periods[axis] = grid.at( "upper" ).at( axis ).get<double>() -
+                            grid.at( "lower" ).at( axis ).get<double>();
+        }
+    return periods;
+}
+
+Vector3 toNearestImage( Vector3 offset, const Vector3& periods )
+{
+    for ( int d = 0; d < 3; ++d )
+        if ( periods[d] > 0 )
+            offset[d] = std::remainder( offset[d], periods[d] );
+    return offset;
+}
+
 std::optional<GasLaw> findGasLaw( const Json& input )
 {
     for ( const Json& effect : input.at( "physics" ) )
@@ -657,36 +680,23 @@ class VortexExact : public ExactSolution
   public:
     explicit VortexExact( const Json& input )
         : _vortex( makeIsentropicVortex(
-              topOfType( input, "isentropic_vortex" ), gasLaw( input ) ) )
+              topOfType( input, "isentropic_vortex" ), gasLaw( input ) ) ),
+          _periods( periodsOf( input ) )
     {
-        const Json& grid = input.at( "grid" );
-        for ( const Json& entry : input.at( "boundary" ) )
-            if ( entry.at( "type" ) == "periodic" )
-            {
-                const int axis =
-                    entry.at( "side" ).get<std::string>().at( 0 ) - 'x';
-                _period[axis] = grid.at( "upper" ).at( axis ).get<double>() -
-                                grid.at( "lower" ).at( axis ).get<double>();
-            }
     }
 
     GasState state( const Vector3& x, double t ) const override
     {
-        Vector3 offset = { 0, 0, 0 };
+        Vector3 offset{};
         for ( int d = 0; d < 3; ++d )
-        {
             offset[d] =
                 x[d] - _vortex.center()[d] - _vortex.stream().velocity[d] * t;
-            // To the nearest image.
-            if ( _period[d] > 0 )
-                offset[d] = std::remainder( offset[d], _period[d] );
-        }
-        return _vortex.stateAt( offset );
+        return _vortex.stateAt( toNearestImage( offset, _periods ) );
     }
 
   private:
     IsentropicVortex _vortex;
-    Vector3 _period = { 0, 0, 0 }; // 0: not periodic
+    Vector3 _periods;
 };
 
 //! The blast of a point explosion in uniform gas, which may move.
@@ -697,12 +707,23 @@ class SedovExact : public ExactSolution
         : _blast( topOfType( input, "blast" ) ),
           _ambient( ambient( input, _blast ) ),
           _center( toVector3( _blast.at( "center" ) ) ),
+          _periods( periodsOf( input ) ),
           _dimension( static_cast<int>( _blast.at( "center" ).size() ) ),
           _solution( _dimension, _blast.at( "energy" ), _ambient.density,
                      gasLaw( input ).gamma )
     {
         if ( gasLaw( input ).pressure_offset != 0 )
             throw std::invalid_argument( "/exact: sedov needs an ideal gas" );
+        const double end = input.at( "time" ).at( "end" );
+        const double most =
+            1e-3 *
+            _solution.inside( _solution.shockRadius( end ), end ).pressure;
+        if ( _ambient.pressure > most )
+            throw std::invalid_argument( fmt::format(
+                "/exact: sedov is of a cold gas; the pressure around the blast "
+                "must not exceed {:.3g}, a thousandth of that behind the shock "
+                "at /time/end",
+                most ) );
     }
 
     GasState state( const Vector3& x, double t ) const override
@@ -710,6 +731,7 @@ class SedovExact : public ExactSolution
         Vector3 n = { 0, 0, 0 };
         for ( int d = 0; d < _dimension; ++d )
             n[d] = x[d] - _center[d] - _ambient.velocity[d] * t;
+        n = toNearestImage( n, _periods );
         const double r = std::hypot( n[0], n[1], n[2] );
         GasState gas = _ambient;
         if ( !( t > 0 ) || r >= _solution.shockRadius( t ) )
@@ -721,11 +743,13 @@ class SedovExact : public ExactSolution
             gas.velocity[d] += radial.velocity * n[d] / r;
         return gas;
     }
+    bool holdsAtStart() const override { return false; }
 
   private:
     const Json _blast;
     GasState _ambient;
     Vector3 _center;
+    Vector3 _periods;
     int _dimension;
     SedovSolution _solution;
 
@@ -734,14 +758,23 @@ class SedovExact : public ExactSolution
     static GasState ambient( const Json& input, const Json& blast )
     {
         GasState gas = { 1, { 0, 0, 0 }, 1e-5 };
+        bool is_uniform = true;
         for ( const Json& entry : input.at( "initial" ) )
         {
             if ( entry == blast )
                 break;
-            if ( entry.at( "type" ) == "uniform" &&
-                 !entry.contains( "region" ) )
+            is_uniform =
+                entry.at( "type" ) == "uniform" && !entry.contains( "region" );
+            if ( is_uniform )
                 gas = toGasState( entry );
         }
+        if ( !is_uniform &&
+             !( blast.contains( "density" ) && blast.contains( "velocity" ) &&
+                blast.contains( "pressure" ) ) )
+            throw std::invalid_argument(
+                "/exact: sedov needs uniform gas around the blast: give the "
+                "blast a density, a velocity and a pressure, or nothing but a "
+                "uniform entry without a region before it" );
         if ( blast.contains( "density" ) )
             gas.density = blast.at( "density" );
         if ( blast.contains( "velocity" ) )

@@ -109,6 +109,13 @@ struct GasLaw
     double pressure_offset;
 };
 
+//! The lengths [3] after which the gas of a resolved input repeats along the
+//! axes, 0 along those that are not periodic.
+Vector3 periodsOf( const Json& resolved_input );
+
+//! From a place to the nearest of its periodic images. \param offset [3] to one
+Vector3 toNearestImage( Vector3 offset, const Vector3& periods );
+
 //! The law of the equation of state in `physics` of a resolved input; none
 //! where that is neither ideal_gas nor stiffened_gas.
 std::optional<GasLaw> findGasLaw( const Json& resolved_input );
@@ -259,6 +266,10 @@ class ExactSolution
       \param t Time, >= 0.
     */
     virtual GasState state( const Vector3& x, double t ) const = 0;
+
+    //! Is its gas at t = 0 that of `initial`? A point explosion is spread
+    //! there.
+    virtual bool holdsAtStart() const { return true; }
 };
 
 /*!

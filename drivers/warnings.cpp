@@ -1,3 +1,5 @@
+#include <drivers/exact_doubts.hpp>
+#include <drivers/sample_grid.hpp>
 #include <drivers/warnings.hpp>
 
 #include <core/initial_gas.hpp>
@@ -5,6 +7,7 @@
 #include <core/method_conservative.hpp>
 #include <core/method_paper.hpp>
 #include <core/scene.hpp>
+#include <physics/initial/blast.hpp>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -20,7 +23,6 @@ namespace Machpoint
 namespace
 {
 
-constexpr int most_samples = 250000;
 //! Pressure behind a wave over that ahead of it which makes it a shock.
 constexpr double least_shock = 1.1;
 //! Speed, in sound speeds, past which the flow about most bodies has shocks.
@@ -37,7 +39,7 @@ class Survey
   public:
     explicit Survey( const Json& input )
         : _input( input ), _initial( input ), _law( findGasLaw( input ) ),
-          _grid( sampleGrid( input ) )
+          _samples( input ), _grid( _samples.grid() )
     {
         int k = 0;
         for ( const auto& entry : input.at( "boundary" ) )
@@ -100,6 +102,7 @@ class Survey
         for ( const auto& body : _bodies )
             if ( body.has_images )
                 tellIfThin( body, odd );
+        tellOfSmallBlasts( odd );
         return odd;
     }
 
@@ -113,6 +116,27 @@ class Survey
         double nearest_sample = Kokkos::Experimental::infinity_v<double>;
         Vector<Dim> sample{}; // that one: the deepest, if it is inside
     };
+
+    //! Of energy that particles hardly take up, as they miss where it is.
+    void tellOfSmallBlasts( std::vector<std::string>& odd ) const
+    {
+        const double per_cell = _input.at( "particles" ).at( "per_cell" );
+        const double least = 0.5 * makeGrid<Dim>( _input ).maxSpacing() /
+                             std::pow( per_cell, 1.0 / Dim );
+        int k = 0;
+        for ( const auto& entry : _input.at( "initial" ) )
+        {
+            const auto place = fmt::format( "/initial/{}", k++ );
+            if ( entry.at( "type" ) != Blast::name )
+                continue;
+            if ( const double radius = entry.at( "radius" ); radius < least )
+                odd.push_back( fmt::format(
+                    "{}/radius: {:.3g} is so small that particles take up its "
+                    "energy by chance; give it half their distance, {:.3g}, or "
+                    "more",
+                    place, radius, least ) );
+        }
+    }
 
     //! From the deepest sample of a body to the deepest place nearby.
     Vector<Dim> deepest( const Body& body ) const
@@ -176,17 +200,6 @@ class Survey
             body.place, thickness, least_thickness ) );
     }
 
-    static Grid<Dim> sampleGrid( const Json& input )
-    {
-        const auto grid = makeGrid<Dim>( input );
-        auto cells = grid.cells;
-        const int most =
-            static_cast<int>( std::pow( most_samples, 1.0 / Dim ) );
-        for ( int d = 0; d < Dim; ++d )
-            cells[d] = std::min( cells[d], most );
-        return Grid<Dim>( grid.lower, grid.upper, cells );
-    }
-
     bool isInBody( const Vector<Dim>& x ) const
     {
         return std::any_of( _bodies.begin(), _bodies.end(),
@@ -201,39 +214,6 @@ class Survey
             return {};
         Gradient gradient;
         return _initial.at( x, gradient );
-    }
-
-    Vector<Dim> center( const Indices<Dim>& i ) const
-    {
-        Vector<Dim> x{};
-        for ( int d = 0; d < Dim; ++d )
-            x[d] = _grid.lower[d] + ( i[d] + 0.5 ) * _grid.spacing[d];
-        return x;
-    }
-
-    int samples() const
-    {
-        int count = 1;
-        for ( int d = 0; d < Dim; ++d )
-            count *= _grid.cells[d];
-        return count;
-    }
-
-    //! Calls f( indices, flat index ) for each sample, x fastest.
-    template <class Function>
-    void forEachSample( const Function& f ) const
-    {
-        for ( int flat = 0; flat < samples(); ++flat )
-        {
-            Indices<Dim> i{};
-            int rest = flat;
-            for ( int d = 0; d < Dim; ++d )
-            {
-                i[d] = rest % _grid.cells[d];
-                rest /= _grid.cells[d];
-            }
-            f( i, flat );
-        }
     }
 
     double soundSpeed( const GasState& gas ) const
@@ -260,11 +240,11 @@ class Survey
     //! Asks for the gas everywhere.
     void sample()
     {
-        _gas.resize( samples() );
-        forEachSample(
+        _gas.resize( _samples.count() );
+        _samples.forEach(
             [&]( const Indices<Dim>& i, const int flat )
             {
-                const auto x = center( i );
+                const auto x = _samples.center( i );
                 for ( auto& body : _bodies )
                 {
                     const double distance = body.shape.distance( x );
@@ -383,12 +363,12 @@ class Survey
     std::string findShock() const
     {
         std::string found;
-        forEachSample(
+        _samples.forEach(
             [&]( const Indices<Dim>& i, const int flat )
             {
                 if ( !found.empty() || _gas[flat].density <= 0 )
                     return;
-                const auto x = center( i );
+                const auto x = _samples.center( i );
                 int stride = 1;
                 for ( int d = 0; d < Dim && found.empty(); ++d )
                 {
@@ -405,7 +385,7 @@ class Survey
     std::string shockBeyond( const Indices<Dim>& i, const int flat,
                              const int stride, const int axis ) const
     {
-        const auto x = center( i );
+        const auto x = _samples.center( i );
         if ( i[axis] + 1 < _grid.cells[axis] &&
              strongest( _gas[flat], _gas[flat + stride], axis ) > least_shock )
         {
@@ -418,8 +398,10 @@ class Survey
         for ( const bool upper : { false, true } )
             if ( i[axis] == ( upper ? _grid.cells[axis] - 1 : 0 ) )
             {
-                const auto beyond =
-                    gasBeyond( 2 * axis + ( upper ? 1 : 0 ), x, _gas[flat] );
+                auto side = x;
+                side[axis] = upper ? _grid.upper[axis] : _grid.lower[axis];
+                const auto beyond = gasBeyond<Dim>(
+                    _input, 2 * axis + ( upper ? 1 : 0 ), side, _gas[flat] );
                 const double strength =
                     upper ? strongest( _gas[flat], beyond, axis )
                           : strongest( beyond, _gas[flat], axis );
@@ -431,29 +413,6 @@ class Survey
                         strength );
             }
         return "";
-    }
-
-    //! What a side shows to the gas at it. \param x of the sample there
-    GasState gasBeyond( const int side, Vector<Dim> x,
-                        const GasState& gas ) const
-    {
-        const int axis = side / 2;
-        x[axis] = side % 2 ? _grid.upper[axis] : _grid.lower[axis];
-        for ( const auto& entry : _input.at( "boundary" ) )
-        {
-            const auto sides = sidesOf( entry, Dim );
-            const auto& beyond = boundaryHooks( entry, Dim ).beyond;
-            const bool is_here =
-                std::any_of( sides.begin(), sides.end(),
-                             [side]( const SideClaim& claim )
-                             { return claim.side == side; } ) &&
-                ( !entry.contains( "region" ) ||
-                  makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) )
-                          .distance( x ) < 0 );
-            if ( is_here && beyond )
-                return beyond( entry, side, gas );
-        }
-        return gas;
     }
 
     //! Of fast gas that meets a body within a cell.
@@ -484,7 +443,8 @@ class Survey
     const Json& _input;
     InitialGas<Dim> _initial;
     std::optional<GasLaw> _law; // else nothing is known of sound and shocks
-    Grid<Dim> _grid;
+    SampleGrid<Dim> _samples;
+    const Grid<Dim>& _grid; // its own
     std::vector<Body> _bodies;
     std::vector<GasState> _gas;
     std::optional<GasState> _first;
@@ -522,6 +482,8 @@ std::vector<std::string> findWarnings( const Json& input )
 {
     checkSides( input );
     auto [facts, warnings] = surveyInput( input );
+    for ( const auto& doubt : findExactDoubts( input ) )
+        warnings.push_back( doubt );
     for ( const auto& factory : physicsModules<3>() )
     {
         if ( !factory.input.remark )

@@ -825,17 +825,17 @@ class Warnings(unittest.TestCase):
 
     BARE = "physics=[{\"type\":\"ideal_gas\"}]"
 
-    def warnings(self, name, *assignments):
+    def warnings(self, name, *assignments, of="/physics"):
         arguments = [word for text in assignments for word in ("--set", text)]
         result = machpoint("check", INPUTS / f"{name}.json", *arguments)
         self.assertEqual(result.returncode, FINISHED, result.stderr)
         self.assertIn(": ok\n", result.stdout)
+        start = f"{INPUTS / name}.json: warning: "
         lines = result.stderr.splitlines()
         for line in lines:
-            self.assertTrue(
-                line.startswith(f"{INPUTS / name}.json: warning: /physics"),
-                line)
-        return lines
+            self.assertTrue(line.startswith(start), line)
+        return [line for line in lines
+                if line.startswith(start + of)]
 
     def odd(self, *assignments):
         arguments = [word for text in assignments for word in ("--set", text)]
@@ -875,6 +875,12 @@ class Warnings(unittest.TestCase):
             self.odd("grid.cells=[40,20]", "boundary.4.shape={\"type\":\"box\","
                      "\"lower\":[2,-1],\"upper\":[3,0.1]}"), [])
 
+    def test_a_blast_between_particles(self):
+        self.assertEqual(self.warnings("sedov_2d", of=""), [])
+        line, = self.warnings("sedov_2d", "initial.0.radius=0.001",
+                              of="/initial")
+        self.assertRegex(line, "/initial/0/radius: 0.001 is so small")
+
     def test_shocks_without_viscosity(self):
         # Two gases, a blast, a wall that gas runs into, cold gas that meets
         # itself, a body in a fast stream, an inflow that pushes.
@@ -911,6 +917,51 @@ class Warnings(unittest.TestCase):
                 bare = [] if name in ["acoustic_wave",
                                       "isentropic_vortex"] else [self.BARE]
                 self.assertEqual(self.warnings(name, *assignments, *bare), [])
+
+    def test_exact_solutions_of_another_flow(self):
+        def doubts(name, *assignments):
+            return self.warnings(name, *assignments, of="/exact")
+
+        for scene in sorted(INPUTS.glob("*.json")):
+            if "exact" in json.loads(scene.read_text()):
+                with self.subTest(scene=scene.stem):
+                    self.assertEqual(doubts(scene.stem), [])
+        rotated = doubts("sod_2d_rotated", 'exact={"type": "riemann"}')
+        # Gas moves inwards along its lower sides, which let none in.
+        self.assertEqual(len(rotated), 1)
+        # The right wave is at the wall at t = 0.285, the left one at 0.42.
+        self.assertEqual(doubts("sod", "time.end=0.28"), [])
+        line, = doubts("sod", "time.end=0.4")
+        self.assertRegex(line, r"at t = 0\.3 .* side x_upper near \(0\.99")
+        # Gas of a side, and the seam of a periodic one, where two gases meet.
+        line, = doubts("moving_contact", "boundary.1.pressure=9")
+        self.assertIn("side x_upper", line)
+        periodic = "boundary=" + json.dumps(
+            [{"type": "periodic", "side": f"x_{end}"}
+             for end in ("lower", "upper")])
+        line, = doubts("sod", periodic)
+        self.assertIn("side x_lower", line)
+        # A blast that arrives; what lies on top; a gas that fills a ball only.
+        line, = doubts("sedov_2d", "time.end=3", "grid.cells=[40,40]")
+        self.assertIn("the sedov solution does not fit the side", line)
+        initial = json.loads((INPUTS / "sod.json").read_text())["initial"]
+        patch = {"type": "uniform", "density": 1, "velocity": [0], "pressure": 2,
+                 "region": {"type": "box", "lower": [0.2], "upper": [0.3]}}
+        line, = doubts("sod", "initial=" + json.dumps(initial + [patch]))
+        self.assertIn("near (0.205) does not start as the riemann", line)
+        ball = {"type": "sphere", "center": [0.5, 0.5], "radius": 0.2}
+        line, = doubts("translation_2d",
+                       "initial.0.region=" + json.dumps(ball))
+        self.assertIn("does not start as the uniform", line)
+        # A body in a stream, and one in gas at rest.
+        for scene, expected in [("translation_2d", 1), ("gas_at_rest_2d", 0)]:
+            boundary = json.loads(
+                (INPUTS / f"{scene}.json").read_text())["boundary"]
+            boundary.append({"type": "obstacle", "name": "ball", "shape": ball})
+            lines = doubts(scene, "boundary=" + json.dumps(boundary))
+            self.assertEqual(len(lines), expected)
+            for line in lines:
+                self.assertIn("does not fit the body near", line)
 
     def test_waves_that_grow(self):
         line, = self.warnings("acoustic_wave", "method.time=symplectic")

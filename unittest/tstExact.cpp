@@ -938,6 +938,20 @@ TEST( Exact, Sedov )
     }
 }
 
+//! The message of what makeExact throws.
+std::string errorOf( const Json& input )
+{
+    try
+    {
+        makeExact( input );
+    }
+    catch ( const std::invalid_argument& error )
+    {
+        return error.what();
+    }
+    return "";
+}
+
 // What later entries cover is not compared with.
 TEST( Exact, TheGasOnTop )
 {
@@ -962,28 +976,20 @@ TEST( Exact, TheGasOnTop )
                        { "position", -1 },
                        { "velocity", 0 } };
     EXPECT_EQ( density(), 2 );
-    // A blast adds to the gas below it.
+    // A blast adds to the gas below it, which must be one gas, and cold.
     input["initial"].push_back( { { "type", "blast" },
                                   { "center", { 9, 9 } },
                                   { "radius", 0.1 },
                                   { "energy", 1 } } );
     input["initial"].push_back( uniform( 5, 5 ) );
     input["exact"] = { { "type", "sedov" } };
+    EXPECT_NE( errorOf( input ).find( "needs uniform gas around the blast" ),
+               std::string::npos );
+    input["initial"].erase( 2 );
+    EXPECT_NE( errorOf( input ).find( "sedov is of a cold gas" ),
+               std::string::npos );
+    input["initial"][1]["pressure"] = 1e-6;
     EXPECT_EQ( density(), 2 );
-}
-
-//! The message of what makeExact throws.
-std::string errorOf( const Json& input )
-{
-    try
-    {
-        makeExact( input );
-    }
-    catch ( const std::invalid_argument& error )
-    {
-        return error.what();
-    }
-    return "";
 }
 
 TEST( Exact, WhatIsMissing )

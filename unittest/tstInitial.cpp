@@ -28,7 +28,8 @@ std::unique_ptr<InitialState> make( const int dimension, const Json& keys,
         resolve( keys, Type::declare( dimension ), "test", errors );
     EXPECT_TRUE( errors.empty() ) << ( errors.empty() ? "" : errors[0] );
     const Json input = {
-        { "physics", { { { "type", "ideal_gas" }, { "gamma", gamma } } } } };
+        { "physics", { { { "type", "ideal_gas" }, { "gamma", gamma } } } },
+        { "boundary", Json::array() } };
     const SceneFacts facts{ dimension, input };
     if constexpr ( std::is_constructible_v<Type, const Json&,
                                            const SceneFacts&> )

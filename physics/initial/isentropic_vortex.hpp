@@ -49,7 +49,8 @@ class IsentropicVortexState : public InitialState
     }
 
     IsentropicVortexState( const Json& json, const SceneFacts& scene )
-        : _vortex( makeIsentropicVortex( json, scene.gas() ) )
+        : _vortex( makeIsentropicVortex( json, scene.gas() ) ),
+          _periods( periodsOf( scene.input ) )
     {
     }
 
@@ -70,12 +71,14 @@ class IsentropicVortexState : public InitialState
 
   private:
     IsentropicVortex _vortex;
+    Vector3 _periods;
 
+    //! Of the nearest image of the vortex.
     Vector3 fromCenter( Vector3 x ) const
     {
         for ( int d = 0; d < 3; ++d )
             x[d] -= _vortex.center()[d];
-        return x;
+        return toNearestImage( x, _periods );
     }
 };
 

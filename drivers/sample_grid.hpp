@@ -1,0 +1,103 @@
+/*!
+  \file sample_grid.hpp
+  \brief Layer 7: where `check` looks at the gas of a scene.
+*/
+#ifndef MACHPOINT_SAMPLE_GRID_HPP
+#define MACHPOINT_SAMPLE_GRID_HPP
+
+#include <core/registry.hpp>
+#include <core/scene.hpp>
+#include <core/shape_input.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace Machpoint
+{
+
+//! The grid of an input, or a coarser one with at most 250000 cells.
+template <int Dim>
+class SampleGrid
+{
+  public:
+    explicit SampleGrid( const Json& input )
+        : _grid( coarse( makeGrid<Dim>( input ) ) )
+    {
+    }
+
+    const Grid<Dim>& grid() const { return _grid; }
+
+    //! Number of samples.
+    int count() const
+    {
+        int count = 1;
+        for ( int d = 0; d < Dim; ++d )
+            count *= _grid.cells[d];
+        return count;
+    }
+
+    //! The centre of a cell.
+    Vector<Dim> center( const Indices<Dim>& i ) const
+    {
+        Vector<Dim> x{};
+        for ( int d = 0; d < Dim; ++d )
+            x[d] = _grid.lower[d] + ( i[d] + 0.5 ) * _grid.spacing[d];
+        return x;
+    }
+
+    //! Calls f( indices, flat index ) for each sample, x fastest.
+    template <class Function>
+    void forEach( const Function& f ) const
+    {
+        for ( int flat = 0; flat < count(); ++flat )
+        {
+            Indices<Dim> i{};
+            int rest = flat;
+            for ( int d = 0; d < Dim; ++d )
+            {
+                i[d] = rest % _grid.cells[d];
+                rest /= _grid.cells[d];
+            }
+            f( i, flat );
+        }
+    }
+
+  private:
+    static Grid<Dim> coarse( const Grid<Dim>& grid )
+    {
+        auto cells = grid.cells;
+        const int most = static_cast<int>( std::pow( 250000, 1.0 / Dim ) );
+        for ( int d = 0; d < Dim; ++d )
+            cells[d] = std::min( cells[d], most );
+        return Grid<Dim>( grid.lower, grid.upper, cells );
+    }
+
+    Grid<Dim> _grid;
+};
+
+//! What gas a side shows to the gas at it; that gas itself where nobody knows.
+//! \param x on the side
+template <int Dim>
+GasState gasBeyond( const Json& input, const int side, const Vector<Dim>& x,
+                    const GasState& gas )
+{
+    for ( const auto& entry : input.at( "boundary" ) )
+    {
+        const auto sides = sidesOf( entry, Dim );
+        const auto& beyond = boundaryHooks( entry, Dim ).beyond;
+        const bool is_here =
+            std::any_of( sides.begin(), sides.end(),
+                         [side]( const SideClaim& claim )
+                         { return claim.side == side; } ) &&
+            ( !entry.contains( "region" ) ||
+              makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) )
+                      .distance( x ) < 0 );
+        if ( is_here && beyond )
+            return beyond( entry, side, gas );
+    }
+    return gas;
+}
+
+} // namespace Machpoint
+
+#endif
