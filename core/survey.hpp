@@ -61,10 +61,10 @@ class LaneSurvey
         const Lanes huge( largest_quantity );
         const Lanes sum = sound + speed;
         _fastest = Kokkos::max( _fastest, choose( counts, sum, zero ) );
-        const LaneMask is_faster =
-            counts && zero < sound && _speed * sound < speed * _sound;
-        _speed = choose( is_faster, speed, _speed );
-        _sound = choose( is_faster, sound, _sound );
+        // The quotient itself: products of two that tie may round either way,
+        // and then the answer would be that of whoever comes first.
+        _mach = Kokkos::max(
+            _mach, choose( counts && zero < sound, speed / sound, zero ) );
         _density = Kokkos::min( _density, choose( counts, density, huge ) );
         _energy = Kokkos::min( _energy, choose( counts, energy, huge ) );
         // Written so that a NaN is caught too.
@@ -91,14 +91,14 @@ class LaneSurvey
         all.fastest = largest( _fastest );
         all.fastest_viscous = largest( _fastest_viscous );
         all.extrema = { smallest( _density ), smallest( _energy ),
-                        largest( _speed / _sound ) };
+                        largest( _mach ) };
         all.broken = _broken;
         return all;
     }
 
   private:
     Lanes _fastest{ 0.0 }, _fastest_viscous{ 0.0 };
-    Lanes _speed{ 0.0 }, _sound{ 1.0 }; // of the largest Mach number
+    Lanes _mach{ 0.0 };
     Lanes _density{ largest_quantity }, _energy{ largest_quantity };
     int _broken = -1; // of those seen last
 };

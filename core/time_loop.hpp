@@ -58,15 +58,19 @@ class TimeLoop : public Simulation
         for ( double part = 1;; part /= 2 )
         {
             chooseTimeStep( until, part );
-            advance();
+            orTakeBack( [&] { advance(); } );
             const auto fault = findFault();
             if ( fault.empty() )
                 break;
             reject( fault, part );
         }
-        applyBoundaries();
-        inject();
-        migrateNoted();
+        orTakeBack(
+            [&]
+            {
+                applyBoundaries();
+                inject();
+                migrateNoted();
+            } );
         auto& state = _scene.state;
         state.time =
             state.dt >= until - state.time ? until : state.time + state.dt;
@@ -435,6 +439,23 @@ class TimeLoop : public Simulation
               &Module<Dim>::particleState );
     }
 
+    //! Part of a step. Where it fails, the start of the step is the last good
+    //! state.
+    template <class Action>
+    void orTakeBack( const Action& action )
+    {
+        try
+        {
+            action();
+        }
+        catch ( const NumericalFailure& )
+        {
+            if ( _most_retries > 0 )
+                restore();
+            throw;
+        }
+    }
+
     void restore()
     {
         auto& state = _scene.state;
@@ -576,9 +597,12 @@ class TimeLoop : public Simulation
                 "by {}; the run would not end: look for a particle that is "
                 "hot or fast beyond reason",
                 dt, state.step, state.time, _limiter ) );
-        if ( dt >= until - state.time )
+        // What is left before an output is parted evenly: a step of round-off
+        // would be one for nothing, and forces are impulses over dt.
+        const double rest = until - state.time;
+        if ( 2 * dt > rest )
         {
-            dt = until - state.time;
+            dt = dt * ( 1 + 1e-6 ) >= rest ? rest : 0.5 * rest;
             _limiter = "output time";
         }
         // Of what it would have been, lest it be the same once more.

@@ -62,7 +62,7 @@ SCENES = {
             {"type": "uniform", "density": 1, "velocity": [speed, 0],
              "pressure": 1, "region": {"type": "box", "lower": [lower, -1],
                                        "upper": [lower + 0.2, 2]}}
-            for speed, lower in ((-3, 0.3), (3, 0.5))]}, 60),
+            for speed, lower in ((-3, 0.3), (3, 0.5))]}, 50),
     "heavy gas at a body": ("cylinder_mach3", {
         "grid.cells": [60, 30], "physics": [
             {"type": "ideal_gas"}, {"type": "artificial_viscosity"},

@@ -30,7 +30,8 @@ class Saboteur : public Module<Dim>
         Parameters p( name, "breaks the gas", dimension );
         p.integer( "step", "in which" );
         p.number( "above", "time steps longer than this" ).defaultsTo( 0 );
-        p.choice( "fault", { "nan", "negative", "volume", "far" }, "how" );
+        p.choice( "fault", { "nan", "negative", "volume", "far", "end" },
+                  "how; end: it is for the module to say so" );
         p.boolean( "late", "after the step's check" ).defaultsTo( false );
         return p;
     }
@@ -78,6 +79,8 @@ class Saboteur : public Module<Dim>
     {
         if ( state.step != _step || state.dt <= _above )
             return;
+        if ( _fault == "end" )
+            throw NumericalFailure( "it is over" );
         const auto id = state.particles.template slice<Id>();
         const auto x = state.particles.template slice<Position>();
         const auto V = state.particles.template slice<Volume>();
@@ -245,6 +248,59 @@ TEST( Guard, endsWithTheLastGoodState )
                 for ( const Real value : values )
                     ASSERT_TRUE( std::isfinite( value ) );
         }
+}
+
+// So does a module that ends the run in the middle of a step.
+TEST( Guard, aModuleThatEndsTheRunTakesItsStepBack )
+{
+    for ( const auto& method : methods )
+        for ( const bool late : { false, true } )
+        {
+            auto run = simulate(
+                sabotaged( method, { { "fault", "end" }, { "late", late } } ) );
+            auto good = simulate( sabotaged(
+                method, { { "fault", "end" }, { "step", 1000000 } } ) );
+            advance( *run, 20 );
+            advance( *good, 20 );
+            EXPECT_THROW( advance( *run, 1 ), NumericalFailure );
+            EXPECT_EQ( run->steps(), 20 );
+            EXPECT_EQ( run->time(), good->time() );
+            EXPECT_NEAR( run->totals().energy(), good->totals().energy(),
+                         tolerance( 1e-13 ) )
+                << method << late;
+            const Real rounding = tolerance( 1e-12 );
+            if ( method == "conservative" )
+                continue; // it first rearranges particles
+            EXPECT_EQ( run->particles(), good->particles() );
+            const auto state = stateById( *run );
+            for ( const auto& [id, values] : stateById( *good ) )
+                for ( std::size_t k = 0; k < values.size(); ++k )
+                    EXPECT_NEAR( state.at( id )[k], values[k], rounding )
+                        << method << late << id;
+        }
+}
+
+// What an output leaves of two steps is parted evenly: no step is of round-off,
+// and there are as many as before.
+TEST( Guard, noStepIsOfRoundOff )
+{
+    auto input = box( 1, 50, 3, "conservative", "quadratic", "periodic" );
+    input["initial"][0]["velocity"] = { 1 };
+    auto run = simulate( input );
+    advance( *run, 20 ); // past the start
+    const double full = run->timeStep();
+    for ( const double part : { 1e-13, 1e-6, 0.3, 0.9, 1 - 1e-13 } )
+    {
+        const double until = run->time() + ( 3 + part ) * full;
+        const auto before = run->steps();
+        while ( run->time() < until )
+        {
+            run->step( until );
+            EXPECT_GT( run->timeStep(), 0.49 * full ) << part;
+        }
+        EXPECT_EQ( run->time(), until );
+        EXPECT_EQ( run->steps() - before, part < 1e-7 ? 3 : 4 ) << part;
+    }
 }
 
 // A step that is taken back leaves no row in a body's series.

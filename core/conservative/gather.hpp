@@ -379,7 +379,9 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                                            old_e - reference * volume /
                                                        load( m, p ) ),
                        p );
-            volume += old_V * Kokkos::max( dt * g.expansion, Lanes( -0.8 ) );
+            volume =
+                Kokkos::max( Lanes( volume + old_V * ( dt * g.expansion ) ),
+                             Lanes( 0.2_rt * volume ) );
             if ( Rearranges )
             {
                 gradient = Kokkos::sqrt( gradient );

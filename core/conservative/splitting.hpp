@@ -80,11 +80,11 @@ Real largeVolume( const State<Dim>& state, const ConservativeParts& parts )
 
 /*!
   \brief Halves particles larger than state.large_volume along the axis of the
-  largest stretch S: offsets +- V^(1/Dim) e^S / 4, at most most_split_offset of
-  a cell and to the sides of the domain. The halves keep v, C and e; mass,
-  momentum, energy and volume stay (on hats, what the affine energy loses
-  becomes heat). Looks for them where a kernel has told of one. \param new_ids
-  scratch
+  largest stretch S: offsets +- h (V/h^d)^(1/d) e^S / 4, at most
+  most_split_offset of a cell and to the sides of the domain. The halves keep v,
+  C and e; mass, momentum, energy and volume stay (on hats, what the affine
+  energy loses becomes heat). Looks for them where a kernel has told of one.
+  \param new_ids scratch
 */
 template <int Dim>
 void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
@@ -135,6 +135,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
     const auto volume = state.particles.template slice<Volume>();
     const auto lengths = Cabana::slice<Stretch>( history.data() );
     const auto grid = state.grid;
+    const Real cell_volume = grid.cellVolume();
     const auto moment_of = state.affine_moment;
     forEach(
         "Machpoint::splitParticles", count,
@@ -161,16 +162,18 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                         Kokkos::abs( affine( p, first, first ) );
                     u[a] = a != first && shear < -round_off * strain ? -1 : 1;
                 }
-            Real offset = 0.25_rt / Kokkos::sqrt( static_cast<Real>( axes ) ) *
-                          Kokkos::pow( volume( p ), 1.0_rt / Dim ) *
-                          Kokkos::exp( Kokkos::min( longest, 0.7_rt ) );
+            // In cells, whose proportions particles have.
+            Real offset = Kokkos::min(
+                most_split_offset,
+                0.25_rt / Kokkos::sqrt( static_cast<Real>( axes ) ) *
+                    Kokkos::pow( volume( p ) / cell_volume, 1.0_rt / Dim ) *
+                    Kokkos::exp( Kokkos::min( longest, 0.7_rt ) ) );
             for ( int a = 0; a < Dim; ++a )
                 if ( u[a] != 0 )
                     offset = Kokkos::min(
-                        Kokkos::min( offset,
-                                     most_split_offset * grid.spacing[a] ),
-                        0.999_rt * Kokkos::min( x( p, a ) - grid.lower[a],
-                                                grid.upper[a] - x( p, a ) ) );
+                        offset, 0.999_rt / grid.spacing[a] *
+                                    Kokkos::min( x( p, a ) - grid.lower[a],
+                                                 grid.upper[a] - x( p, a ) ) );
             offset = Kokkos::max( offset, 0.0_rt );
             // Half the length along the direction, the same across.
             const Real halved = Kokkos::log( 2.0_rt );
@@ -186,7 +189,8 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                         continue;
                     lengths( half, b ) -= halved / axes;
                     const Real from = x( half, b );
-                    x( half, b ) += ( half == p ? -offset : offset ) * u[b];
+                    x( half, b ) += ( half == p ? -offset : offset ) *
+                                    grid.spacing[b] * u[b];
                     moment_of.carry( grid, affine, e, half, b, from,
                                      x( half, b ) );
                 }

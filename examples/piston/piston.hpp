@@ -150,8 +150,15 @@ class Piston : public Machpoint::Module<Dim>
         _impulse = {};
     }
 
-    //! A step that is repeated starts anew.
-    void rejectStep( Machpoint::State<Dim>& ) override { _impulse = {}; }
+    //! A step that is repeated starts anew, and one that failed later than
+    //! here takes its row back.
+    void rejectStep( Machpoint::State<Dim>& state ) override
+    {
+        _impulse = {};
+        auto& rows = _series.rows;
+        if ( !rows.empty() && rows.back()[0] > state.time + 0.5 * state.dt )
+            rows.pop_back();
+    }
 
     bool exertsForce() const override { return true; }
     const Machpoint::Series* series() const override { return &_series; }
