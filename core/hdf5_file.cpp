@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #ifdef MACHPOINT_ENABLE_HDF5
@@ -417,7 +417,7 @@ void writeLarge( const Communicator& ranks, const fs::path& target,
     const auto temporary = temporaryName( target );
     const auto size = sizeOnDisk( datasets );
     onRoot( ranks, [&] { requireRoom( target, size ); } );
-    std::optional<Writer> writer;
+    std::unique_ptr<Writer> writer;
     try
     {
         together( ranks, [&] { requireReachable( target ); } );
@@ -429,8 +429,9 @@ void writeLarge( const Communicator& ranks, const fs::path& target,
         together( ranks,
                   [&]
                   {
-                      writer.emplace( ranks.size(), ranks.isRoot(), target,
-                                      access, temporary, compression );
+                      writer = std::make_unique<Writer>(
+                          ranks.size(), ranks.isRoot(), target, access,
+                          temporary, compression );
                   } );
         onRoot( ranks, [&] { reserveFile( target, size ); } );
         for ( const auto& item : datasets )
@@ -454,6 +455,14 @@ void writeLarge( const Communicator& ranks, const fs::path& target,
         writer.reset();
         if ( ranks.isRoot() )
             dropTemporary( target );
+        throw;
+    }
+    catch ( ... )
+    {
+        // One rank alone, out of memory say, and so all ranks are ended. It
+        // would wait for them here: a file is closed by all ranks together.
+        if ( ranks.size() > 1 )
+            static_cast<void>( writer.release() );
         throw;
     }
 }

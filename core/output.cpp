@@ -293,8 +293,8 @@ void OutputDirectory::writeParticles( std::int64_t step, double time,
                                              : std::vector{ particles },
                                    is_vector );
     }
-    _particle_entries[step] = xdmfEntry( "particles", time, body );
-    writeXdmf( "particles", _particle_entries );
+    _particles.entries[step] = xdmfEntry( "particles", time, body );
+    renew( "particles", _particles );
 }
 
 void OutputDirectory::writeGrid( std::int64_t step, double time,
@@ -340,8 +340,8 @@ void OutputDirectory::writeGrid( std::int64_t step, double time,
         body += xdmfAttribute(
             file, dataset, is_vector ? vector_extents : extents, is_vector );
     }
-    _grid_entries[step] = xdmfEntry( "grid", time, body );
-    writeXdmf( "grid", _grid_entries );
+    _grid.entries[step] = xdmfEntry( "grid", time, body );
+    renew( "grid", _grid );
 }
 
 void OutputDirectory::writeExact( std::int64_t step, double time,
@@ -375,37 +375,44 @@ void OutputDirectory::writeSeries(
 
 void OutputDirectory::writeSummary( const std::string& json_text )
 {
+    for ( const auto& [kind, collection] : collections() )
+        complete( kind, *collection );
     writeText( "summary.json", json_text );
 }
 
 void OutputDirectory::checkpoint( Archive& archive )
 {
-    for ( const auto& [kind, entries] : kinds() )
+    for ( const auto& [kind, collection] : collections() )
     {
-        std::string text = Json( *entries ).dump();
+        auto& entries = collection->entries;
+        std::string text = Json( entries ).dump();
         archive( "outputs/" + kind, text );
         if ( archive.isReading() )
-            *entries = Json::parse( text ).get<Entries>();
+            entries = Json::parse( text ).get<Entries>();
+        else
+            complete( kind, *collection );
     }
     if ( !archive.isReading() )
         return;
-    for ( const auto& [kind, entries] : kinds() )
-        takeUp( kind, *entries );
+    for ( const auto& [kind, collection] : collections() )
+        takeUp( kind, *collection );
     onRoot( _ranks, [&] { removeFile( _directory / "summary.json" ); } );
 }
 
-std::map<std::string, OutputDirectory::Entries*> OutputDirectory::kinds()
+std::map<std::string, OutputDirectory::Collection*>
+OutputDirectory::collections()
 {
-    return { { "particles", &_particle_entries }, { "grid", &_grid_entries } };
+    return { { "particles", &_particles }, { "grid", &_grid } };
 }
 
-void OutputDirectory::takeUp( const std::string& kind, Entries& entries ) const
+void OutputDirectory::takeUp( const std::string& kind, Collection& collection )
 {
+    auto& entries = collection.entries;
     onRoot( _ranks, [&] { removeLater( kind, entries ); } );
     entries =
         Json::parse( _ranks.fromRoot( Json( entries ).dump() ) ).get<Entries>();
-    if ( !entries.empty() )
-        writeXdmf( kind, entries );
+    collection.listed = 0;
+    complete( kind, collection );
 }
 
 void OutputDirectory::removeLater( const std::string& kind,
@@ -431,10 +438,21 @@ void OutputDirectory::removeLater( const std::string& kind,
         removeFile( _directory / ( kind + ".xdmf" ) );
 }
 
-void OutputDirectory::writeXdmf( const std::string& kind,
-                                 const Entries& entries ) const
+void OutputDirectory::renew( const std::string& kind, Collection& collection )
 {
-    writeText( kind + ".xdmf", xdmfCollection( kind, entries ) );
+    const auto listed = collection.listed;
+    if ( collection.entries.size() > listed + listed / 100 )
+        complete( kind, collection );
+}
+
+void OutputDirectory::complete( const std::string& kind,
+                                Collection& collection )
+{
+    const auto count = collection.entries.size();
+    if ( count == collection.listed )
+        return;
+    writeText( kind + ".xdmf", xdmfCollection( kind, collection.entries ) );
+    collection.listed = count;
 }
 
 } // end namespace Machpoint

@@ -72,7 +72,9 @@ class OutputDirectory
     const std::filesystem::path& path() const { return _directory; }
 
     /*!
-      \brief Writes `particles/<step>.h5` and renews `particles.xdmf`.
+      \brief Writes `particles/<step>.h5` and renews `particles.xdmf`, which
+      beyond 100 outputs may lack the last hundredth until the next checkpoint
+      or the summary.
 
       In 1D the file also gets `xdmf/position [n][2]`, the positions with a zero
       beside each, because ParaView takes no points on a line.
@@ -86,7 +88,7 @@ class OutputDirectory
                          const std::vector<Dataset>& datasets );
 
     /*!
-      \brief Writes `grid/<step>.h5` and renews `grid.xdmf`.
+      \brief Writes `grid/<step>.h5` and renews `grid.xdmf` likewise.
 
       \param[in] step, time Attributes of the file.
       \param[in] lower `[Dim]`, the first node's position, x first.
@@ -147,11 +149,21 @@ class OutputDirectory
                     const std::vector<Dataset>& datasets ) const;
 
     using Entries = std::map<std::int64_t, std::string>;
+    // What an .xdmf file lists.
+    struct Collection
+    {
+        Entries entries;        // XDMF of the outputs so far, by step
+        std::size_t listed = 0; // of them in the file
+    };
 
-    void writeXdmf( const std::string& kind, const Entries& entries ) const;
-    std::map<std::string, Entries*> kinds();
+    // The .xdmf file lists all outputs up to 100, and then all but the last
+    // hundredth: written anew for each, many would take their number squared.
+    void renew( const std::string& kind, Collection& collection );
+    // It lists all.
+    void complete( const std::string& kind, Collection& collection );
+    std::map<std::string, Collection*> collections();
     // Makes files and entries agree, and the .xdmf file.
-    void takeUp( const std::string& kind, Entries& entries ) const;
+    void takeUp( const std::string& kind, Collection& collection );
     // The first half of it; on the root.
     void removeLater( const std::string& kind, Entries& entries ) const;
 
@@ -160,8 +172,7 @@ class OutputDirectory
     DirectoryLock _lock; // of the root
     int _dimension;
     int _compression;
-    Entries _particle_entries; // XDMF of the outputs so far, by step
-    Entries _grid_entries;
+    Collection _particles, _grid;
 };
 
 } // end namespace Machpoint

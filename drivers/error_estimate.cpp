@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace Machpoint
 {
@@ -97,6 +98,16 @@ void requireCompanions( const Json& input )
         throw InputError( { "/grid/cells: --estimate-error runs the scene on "
                             "half the cells, too, and these are too few for "
                             "that; take 8 or more along an axis" } );
+    // The velocities of all nodes are gathered on the root.
+    double bytes = sizeof( Real ) * input.at( "grid" ).at( "cells" ).size();
+    for ( const double cells : input.at( "grid" ).at( "cells" ) )
+        bytes *= cells + 1;
+    if ( Communicator().size() > 1 && bytes > std::numeric_limits<int>::max() )
+        throw InputError( { fmt::format(
+            "/grid/cells: --estimate-error gathers {:.3g} GiB of velocities "
+            "on one rank, and 2 are the most; run it on one rank, or take "
+            "fewer cells",
+            bytes / ( 1 << 30 ) ) } );
     makeCompanion( coarse, estimate_error );
 }
 

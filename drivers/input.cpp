@@ -444,9 +444,9 @@ class Checker
             const auto place = fmt::format( "/boundary/{}", k++ );
             checkEntry( entry, boundaryHooks( entry, _dimension ), place );
             for ( const auto* key : { "shape", "region" } )
-                if ( entry.contains( key ) )
+                if ( entry.contains( key ) && entry.at( key ).is_object() )
                     checkShape( entry.at( key ), place + "/" + key, _errors );
-            if ( entry.contains( "name" ) )
+            if ( entry.contains( "name" ) && entry.at( "name" ).is_string() )
             {
                 checkFileName( entry.at( "name" ), place + "/name" );
                 if ( !reported.insert( entry.at( "name" ).get<std::string>() )

@@ -201,12 +201,15 @@ bool hasHdf5( const Communicator& ranks )
 }
 
 //! What to do with results that are in the output directory.
-FormerRun formerRun( const std::optional<Checkpoint>& restart,
+//! As the root sees the directories: ranks decide by it what they do together.
+FormerRun formerRun( const Communicator& ranks,
+                     const std::optional<Checkpoint>& restart,
                      const fs::path& directory, const bool overwrite )
 {
     std::error_code error;
-    if ( restart && fs::equivalent( fs::absolute( restart->file ).parent_path(),
-                                    directory / "checkpoints", error ) )
+    if ( ranks.any( ranks.isRoot() && restart &&
+                    fs::equivalent( fs::absolute( restart->file ).parent_path(),
+                                    directory / "checkpoints", error ) ) )
         return FormerRun::go_on;
     return overwrite ? FormerRun::replace : FormerRun::refuse;
 }
@@ -310,7 +313,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     };
     if ( restart )
         resume( *restart, checkpoint_run );
-    const auto former = formerRun( restart, folder, options.overwrite );
+    const auto former = formerRun( ranks, restart, folder, options.overwrite );
     OutputDirectory directory( folder, former, dim,
                                writes_particles || writes_grid ||
                                    requests.isScheduled(),

@@ -37,6 +37,7 @@ FIELDS = PROFILES + ["schlieren"]
 SHEET_PANELS = 24  # a sheet with more would show nothing
 CONTRAST = 40.0  # of the schlieren: how far weak gradients are raised
 MOVIE_SECONDS = 6.0
+MOVIE_FRAMES = 250  # of a run with more outputs
 
 
 # --------------------------------------------------------------------------
@@ -169,7 +170,9 @@ def scale(run, steps, field, normals=(2,)):
             high.append(np.percentile(values, 99.8))
     if not low:
         return 0.0, 1.0
-    span = max(max(high) - min(low), 1e-6 * abs(max(high)), 1e-300)
+    # Of gas at rest the round-off is not worth a picture.
+    least = 1e-12 if field == "velocity" else 1e-300
+    span = max(max(high) - min(low), 1e-6 * abs(max(high)), least)
     return min(low), min(low) + span
 
 
@@ -247,10 +250,11 @@ def plane_figure(run, steps, field, normals=(2,)):
             images[name, normal] = draw_image(axis, values, extent, name, limits)
             axis.set_xlabel(labels[0])
             axis.set_ylabel(labels[1])
-        if len(normals) > 1:
-            axes[0, column].set_title(f"middle of {'xyz'[normal]}", fontsize=10)
+            middle = f", middle of {'xyz'[normal]}" if len(normals) > 1 else ""
+            what = "schlieren of the density" if row else label_of(run, top)
+            axis.set_title(what + middle, fontsize=10)
     figure.colorbar(images[top, normals[-1]], ax=list(axes.flat), shrink=0.46,
-                    anchor=(0.0, 1.0), label=label_of(top))
+                    anchor=(0.0, 1.0), label=label_of(run, top))
 
     def show(step):
         title.set_text(run.title(step))
@@ -261,8 +265,16 @@ def plane_figure(run, steps, field, normals=(2,)):
     return figure, show
 
 
-def label_of(field):
-    return "speed" if field == "velocity" else field.replace("_", " ")
+def label_of(run, field):
+    is_speed = field == "velocity" and run.dimension > 1
+    return "speed" if is_speed else field.replace("_", " ")
+
+
+def thinned(steps, most):
+    """The first, the last, and others evenly between, `most` at most."""
+    if len(steps) <= most:
+        return steps
+    return [steps[i] for i in np.linspace(0, len(steps) - 1, most).round().astype(int)]
 
 
 def picture(values, field, limits):
@@ -280,9 +292,7 @@ def draw_image(axis, values, extent, field, limits):
 
 def contact_sheet(run, steps, field):
     """One small panel for each output time, evenly thinned if too many."""
-    if len(steps) > SHEET_PANELS:
-        chosen = np.linspace(0, len(steps) - 1, SHEET_PANELS).round().astype(int)
-        steps = [steps[i] for i in chosen]
+    steps = thinned(steps, SHEET_PANELS)
     columns = min(4, len(steps))
     rows = -(-len(steps) // columns)
     ratio = 0.7
@@ -311,7 +321,8 @@ def contact_sheet(run, steps, field):
     if run.dimension > 1 and field != "schlieren":
         figure.colorbar(image, ax=axes, shrink=0.6, aspect=40)
     head = run.title(steps[-1]).rsplit(", t = ", 1)[0]
-    figure.suptitle(f"{head}: {label_of(field)}")
+    plane = ", middle of z" if run.dimension == 3 else ""
+    figure.suptitle(f"{head}: {label_of(run, field)}{plane}")
     return figure
 
 
@@ -365,6 +376,7 @@ def draw(run, steps, options, folder):
         path.write_text(plot_report.report(run.summary, pictures))
         print(path)
     if not options.no_movie and len(steps) > 1:
+        steps = thinned(steps, MOVIE_FRAMES)
         figure, show = main_figure(steps)
         print(movie(figure, show, steps, folder))
 

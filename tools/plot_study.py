@@ -178,10 +178,12 @@ def effects(study):
     time.invert_yaxis()
 
     share = 100 / whole["seconds"]
+    status = {row["id"]: row["status"] for row in study.json["rows"]}
     for place, entry in zip(places, table):
         if not entry["price"]:
-            time.annotate(" fails without it", (0, place), va="center", fontsize=8,
-                          color="C3")
+            has_failed = status[entry["id"]] == "failed"
+            time.annotate(" fails without it" if has_failed else " not run yet",
+                          (0, place), va="center", fontsize=8, color="C3")
             continue
         time.barh(place, share * entry["price"]["seconds"], 0.7, color="C0")
         if entry["own"]:
@@ -346,6 +348,9 @@ def main(arguments):
         if study.is_of_effects and not study.json["effects"]:
             sys.exit(f"plot.py: {options.directory}: the scene has no effect that "
                      "could be left out, so there is nothing to draw")
+        if study.is_of_effects and study.json["rows"][0]["status"] != "finished":
+            sys.exit(f"plot.py: {options.directory}: the run with all effects has not "
+                     "finished, and the others are held against it")
         if not study.rows:
             sys.exit(f"plot.py: {options.directory}: no run of the study has finished")
         folder = options.output or options.directory

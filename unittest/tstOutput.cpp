@@ -475,6 +475,37 @@ class FileSizeLimit
     rlimit _former;
 };
 
+// Many outputs do not cost their number squared: the list of them is not
+// written anew for each, but complete in the end.
+TEST_F( Output, TheListOfManyOutputsLagsByAHundredth )
+{
+    const double x = 0.5;
+    OutputDirectory output( _scratch, FormerRun::refuse, 1 );
+    const auto listed = [&]
+    {
+        const auto text = read( _scratch / "particles.xdmf" );
+        int count = 0;
+        for ( auto at = text.find( "<Time" ); at != std::string::npos;
+              at = text.find( "<Time", at + 1 ) )
+            ++count;
+        return count;
+    };
+    int renewed = 0, before = 0;
+    for ( int step = 1; step <= 300; ++step )
+    {
+        output.writeParticles(
+            step, step,
+            { { "position", { 1, 1 }, &x }, { "mass", { 1 }, &x } } );
+        const int now = listed();
+        EXPECT_GE( now, step - step / 100 );
+        renewed += now != before ? 1 : 0;
+        before = now;
+    }
+    EXPECT_LT( renewed, 250 );
+    output.writeSummary( "{}" );
+    EXPECT_EQ( listed(), 300 );
+}
+
 TEST_F( Output, AFullDiskLeavesNoTraceWhereverItStrikes )
 {
     const auto values = ramp( 600 );
