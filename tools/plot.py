@@ -79,9 +79,12 @@ class Run:
             with h5py.File(path) as file:
                 if file["position"].shape[1] == 1:
                     return 1
-        sys.exit(f"plot.py: {self.directory}: holds no output to draw (particles/*.h5 "
-                 "in 1D, grid/*.h5 in 2D and 3D); give the directory that machpoint "
-                 "run named with --output")
+        missing = (f"plot.py: {self.directory}: holds no output to draw (particles/*.h5 "
+                   "in 1D, grid/*.h5 in 2D and 3D)")
+        if self.summary: # of a run that was to write none
+            print(f"{missing}; set output.particles or output.grid for pictures")
+            sys.exit(0)
+        sys.exit(f"{missing}; give the directory that machpoint run named with --output")
 
     def steps_at(self, times):
         """The outputs nearest to the times asked for; all without any."""

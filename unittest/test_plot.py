@@ -55,6 +55,12 @@ class Pictures(unittest.TestCase):
         self.assertFalse((self.output / "report.html").exists())
         self.assertTrue((self.output / "summary.json").exists())
 
+    def test_a_run_without_output_is_no_failure(self):
+        self.run_sod("--set", "output.particles=false")
+        shown = self.call(sys.executable, ROOT / "tools/plot.py", self.output)
+        self.assertIn("holds no output to draw", shown)
+        self.assertIn("set output.particles", shown)
+
 
 if __name__ == "__main__":
     unittest.main()
