@@ -719,6 +719,7 @@ CASES = [
     Case("step_mach3", "2D", "step_mach3", "Mach 3 step", lambda runs: {},
          [{"grid.cells": [240, 80], "particles.placement": "lattice"}],
          [{"grid.cells": [60, 20], "particles.placement": "lattice"}],
+         {"distance to finite volumes, 240x80": at_most(0.1, TABLE)},
          reference=same_grid),
     Case("double_mach_reflection", "2D", "double_mach_reflection",
          "double Mach reflection, Mach 10", lambda runs: {}, [{}],

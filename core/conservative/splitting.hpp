@@ -164,7 +164,7 @@ void splitParticles( State<Dim>& state, Sidecar<HistoryMembers<Dim>>& history,
                 }
             // In cells, whose proportions particles have.
             Real offset = Kokkos::min(
-                most_split_offset,
+                Real( most_split_offset ),
                 0.25_rt / Kokkos::sqrt( static_cast<Real>( axes ) ) *
                     Kokkos::pow( volume( p ) / cell_volume, 1.0_rt / Dim ) *
                     Kokkos::exp( Kokkos::min( longest, 0.7_rt ) ) );
