@@ -6,7 +6,6 @@
 #include <core/initial_gas.hpp>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 #include <memory>
@@ -28,7 +27,8 @@ class ExactDoubts
   public:
     explicit ExactDoubts( const Json& input )
         : _input( input ), _exact( makeExact( input ) ),
-          _law( gasLaw( input ) ), _samples( input )
+          _law( gasLaw( input ) ), _periods( periodsOf( input ) ),
+          _samples( input )
     {
         for ( const auto& entry : input.at( "boundary" ) )
             if ( const auto& hooks = boundaryHooks( entry, Dim ); hooks.solid )
@@ -49,7 +49,7 @@ class ExactDoubts
                     "/exact: the gas near {} does not start as the {} solution "
                     "does, so what a run calls its errors will be none; leave "
                     "that alone in /initial, or leave out /exact",
-                    tell( *x ), type() ) };
+                    placeText<Dim>( *x ), type() ) };
         for ( int k = 1; k <= times; ++k )
         {
             const double end = _input.at( "time" ).at( "end" );
@@ -67,14 +67,6 @@ class ExactDoubts
   private:
     std::string type() const { return _input.at( "exact" ).at( "type" ); }
 
-    static std::string tell( const Vector<Dim>& x )
-    {
-        std::vector<std::string> numbers;
-        for ( int d = 0; d < Dim; ++d )
-            numbers.push_back( fmt::format( "{:.3g}", x[d] ) );
-        return fmt::format( "({})", fmt::join( numbers, ", " ) );
-    }
-
     //! The exact gas.
     GasState at( const Vector<Dim>& x, const double t ) const
     {
@@ -82,12 +74,6 @@ class ExactDoubts
         for ( int d = 0; d < Dim; ++d )
             place[d] = x[d];
         return _exact->state( place, t );
-    }
-
-    double soundSpeed( const GasState& gas ) const
-    {
-        return std::sqrt( _law.gamma * ( gas.pressure + _law.pressure_offset ) /
-                          gas.density );
     }
 
     //! Is it, or as good as, a vacuum?
@@ -100,7 +86,7 @@ class ExactDoubts
     {
         if ( isNothing( a ) || isNothing( b ) )
             return isNothing( a ) && isNothing( b );
-        double difference = 0, speed = soundSpeed( a );
+        double difference = 0, speed = soundSpeed( a, _law );
         for ( int d = 0; d < 3; ++d )
         {
             difference += std::abs( a.velocity[d] - b.velocity[d] );
@@ -172,11 +158,12 @@ class ExactDoubts
                              ( side % 2 ? _samples.grid().cells[side / 2] - 1
                                         : 0 ) &&
                          !fitsSide( side, x, t ) )
-                        found =
-                            fmt::format( "the side {} near {}",
-                                         sideNames( Dim )[side], tell( x ) );
+                        found = fmt::format( "the side {} near {}",
+                                             sideNames( Dim )[side],
+                                             placeText<Dim>( x ) );
                 if ( found.empty() && !fitsBodies( x, t ) )
-                    found = fmt::format( "the body near {}", tell( x ) );
+                    found =
+                        fmt::format( "the body near {}", placeText<Dim>( x ) );
             } );
         return found;
     }
@@ -189,28 +176,12 @@ class ExactDoubts
         const auto gas = at( x, t );
         if ( isNothing( gas ) )
             return true;
-        if ( isPeriodic( side ) )
+        if ( _periods[axis] > 0 )
         {
             x[axis] = side % 2 ? grid.lower[axis] : grid.upper[axis];
             return areSame( gas, at( x, t ) );
         }
         return areSame( gas, gasBeyond<Dim>( _input, side, x, gas ) );
-    }
-
-    bool isPeriodic( const int side ) const
-    {
-        const auto& entries = _input.at( "boundary" );
-        return std::any_of( entries.begin(), entries.end(),
-                            [side]( const Json& entry )
-                            {
-                                const auto sides = sidesOf( entry, Dim );
-                                return std::any_of(
-                                    sides.begin(), sides.end(),
-                                    [side]( const SideClaim& claim ) {
-                                        return claim.side == side &&
-                                               claim.kind == SideKind::periodic;
-                                    } );
-                            } );
     }
 
     //! Does the gas within a cell of a body not go through its surface?
@@ -228,13 +199,15 @@ class ExactDoubts
                 for ( int d = 0; d < Dim; ++d )
                     normal += gas.velocity[d] * nearest.normal[d];
                 return isNothing( gas ) ||
-                       std::abs( normal ) <= tolerance * soundSpeed( gas );
+                       std::abs( normal ) <=
+                           tolerance * soundSpeed( gas, _law );
             } );
     }
 
     const Json& _input;
     std::unique_ptr<ExactSolution> _exact;
     GasLaw _law;
+    Vector3 _periods;
     SampleGrid<Dim> _samples;
     std::vector<Shape<Dim, Kokkos::HostSpace>> _bodies;
     double _densest = 0; // of the exact start

@@ -5,12 +5,18 @@
 #ifndef MACHPOINT_SAMPLE_GRID_HPP
 #define MACHPOINT_SAMPLE_GRID_HPP
 
+#include <core/exact.hpp>
 #include <core/registry.hpp>
 #include <core/scene.hpp>
 #include <core/shape_input.hpp>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace Machpoint
 {
@@ -74,6 +80,23 @@ class SampleGrid
 
     Grid<Dim> _grid;
 };
+
+//! A place, as messages tell it.
+template <int Dim>
+std::string placeText( const Vector<Dim>& x )
+{
+    std::vector<std::string> numbers;
+    for ( int d = 0; d < Dim; ++d )
+        numbers.push_back( fmt::format( "{:.3g}", x[d] ) );
+    return fmt::format( "({})", fmt::join( numbers, ", " ) );
+}
+
+//! That of sound in a gas of this law.
+inline double soundSpeed( const GasState& gas, const GasLaw& law )
+{
+    return std::sqrt( law.gamma * ( gas.pressure + law.pressure_offset ) /
+                      gas.density );
+}
 
 //! What gas a side shows to the gas at it; that gas itself where nobody knows.
 //! \param x on the side

@@ -216,12 +216,6 @@ class Survey
         return _initial.at( x, gradient );
     }
 
-    double soundSpeed( const GasState& gas ) const
-    {
-        return std::sqrt( _law->gamma *
-                          ( gas.pressure + _law->pressure_offset ) /
-                          gas.density );
-    }
     static double speed( const GasState& gas )
     {
         return std::sqrt( dot<3>( gas.velocity, gas.velocity ) );
@@ -234,7 +228,7 @@ class Survey
             difference += std::abs( a.velocity[d] - b.velocity[d] );
         return std::abs( a.density - b.density ) <= same * a.density &&
                std::abs( a.pressure - b.pressure ) <= same * a.pressure &&
-               difference <= same * ( speed( a ) + soundSpeed( a ) );
+               difference <= same * ( speed( a ) + soundSpeed( a, *_law ) );
     }
 
     //! Asks for the gas everywhere.
@@ -260,8 +254,8 @@ class Survey
                 _gas[flat] = gas;
                 if ( gas.density > 0 )
                 {
-                    _least_speed = std::min( _least_speed,
-                                             speed( gas ) + soundSpeed( gas ) );
+                    _least_speed = std::min(
+                        _least_speed, speed( gas ) + soundSpeed( gas, *_law ) );
                     if ( !_first )
                         _first = gas;
                     _is_uniform = _is_uniform && areSame( *_first, gas );
@@ -275,7 +269,7 @@ class Survey
     bool sidesDisturb() const
     {
         const double still =
-            same * ( speed( *_first ) + soundSpeed( *_first ) );
+            same * ( speed( *_first ) + soundSpeed( *_first, *_law ) );
         if ( !_bodies.empty() && speed( *_first ) > still )
             return true;
         const auto& entries = _input.at( "boundary" );
@@ -320,7 +314,8 @@ class Survey
         const double behind = b.pressure + _law->pressure_offset;
         if ( std::abs( before - behind ) < 0.02 * std::min( before, behind ) &&
              a.velocity[0] - b.velocity[0] <
-                 0.02 * std::min( soundSpeed( a ), soundSpeed( b ) ) )
+                 0.02 * std::min( soundSpeed( a, *_law ),
+                                  soundSpeed( b, *_law ) ) )
             return 0;
         const RiemannSolution waves( a, b, _law->gamma, _law->pressure_offset );
         return ( waves.starPressure() + _law->pressure_offset ) /
@@ -351,12 +346,9 @@ class Survey
     std::string tell( const Vector<Dim>& x, const std::string& what,
                       const double strength ) const
     {
-        std::vector<std::string> numbers;
-        for ( int d = 0; d < Dim; ++d )
-            numbers.push_back( fmt::format( "{:.3g}", x[d] ) );
-        return fmt::format( "{} near ({}) sends off a shock, {:.3g} times the "
+        return fmt::format( "{} near {} sends off a shock, {:.3g} times the "
                             "pressure",
-                            what, fmt::join( numbers, ", " ), strength );
+                            what, placeText<Dim>( x ), strength );
     }
 
     //! The first shock that is found, in words.
@@ -418,7 +410,7 @@ class Survey
     //! Of fast gas that meets a body within a cell.
     std::string shockOfBody( const Vector<Dim>& x, const GasState& gas ) const
     {
-        if ( speed( gas ) < critical_mach * soundSpeed( gas ) )
+        if ( speed( gas ) < critical_mach * soundSpeed( gas, *_law ) )
             return "";
         for ( const auto& body : _bodies )
         {

@@ -933,6 +933,9 @@ class Warnings(unittest.TestCase):
         self.assertEqual(doubts("sod", "time.end=0.28"), [])
         line, = doubts("sod", "time.end=0.4")
         self.assertRegex(line, r"at t = 0\.3 .* side x_upper near \(0\.99")
+        # A vortex beside a periodic side has its images from the start.
+        self.assertEqual(doubts("isentropic_vortex", "grid.cells=[40,40]",
+                                "initial.0.center=[1,5]"), [])
         # Gas of a side, and the seam of a periodic one, where two gases meet.
         line, = doubts("moving_contact", "boundary.1.pressure=9")
         self.assertIn("side x_upper", line)
