@@ -65,7 +65,8 @@ struct Linear
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION static Number moment( const Number& f )
     {
-        return f * ( 1 - f );
+        // A particle on a side of its box may seem beyond it by a rounding.
+        return Kokkos::max( Number( f * ( 1 - f ) ), Number( 0.0 ) );
     }
 };
 

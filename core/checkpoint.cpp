@@ -474,23 +474,27 @@ Checkpoint readCheckpoint( const Communicator& ranks, const fs::path& file,
     return { file,
              Archive( std::move( content.entries ) ),
              header.at( "revision" ).get<std::string>(),
+             {},
              {} };
 }
 
 Checkpoint readNewestCheckpoint( const Communicator& ranks,
                                  const fs::path& folder, const Json& input )
 {
+    std::vector<fs::path> passed_over;
     std::vector<std::string> complaints;
     for ( const auto& file : listOfRoot( ranks, folder ) )
     {
         try
         {
             auto checkpoint = readCheckpoint( ranks, file, input );
+            checkpoint.passed_over = passed_over;
             checkpoint.complaints = complaints;
             return checkpoint;
         }
         catch ( const IoError& error )
         {
+            passed_over.push_back( file );
             complaints.push_back( error.what() );
         }
     }
@@ -507,6 +511,17 @@ void keepCheckpoints( const fs::path& folder, const std::size_t keep )
     const auto list = listCheckpoints( folder );
     for ( std::size_t k = keep; k < list.size(); ++k )
         removeFile( list[k] );
+}
+
+void setAside( const std::vector<fs::path>& files )
+{
+    for ( const auto& file : files )
+    {
+        std::error_code error;
+        fs::rename( file, file.string() + ".unread", error );
+        if ( error && error != std::errc::no_such_file_or_directory )
+            throw IoError( file, "cannot rename the file", error.value() );
+    }
 }
 
 void removeCheckpointsAfter( const fs::path& folder, const std::int64_t step )

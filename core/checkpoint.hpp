@@ -44,8 +44,9 @@ struct Checkpoint
     std::filesystem::path file;
     Archive archive;
     std::string revision; //!< that wrote it
-    //! Why newer files of the folder were passed over, a line each.
-    std::vector<std::string> complaints;
+    //! Newer files of the folder, which could not be read.
+    std::vector<std::filesystem::path> passed_over;
+    std::vector<std::string> complaints; //!< why, a line each
 };
 
 /*!
@@ -68,6 +69,10 @@ Checkpoint readNewestCheckpoint( const Communicator& ranks,
 
 //! Removes all checkpoints of a folder but the last ones. One rank.
 void keepCheckpoints( const std::filesystem::path& folder, std::size_t keep );
+
+//! Adds `.unread` to the names of files that were passed over, as what kept
+//! them from being read may pass. One rank.
+void setAside( const std::vector<std::filesystem::path>& files );
 
 //! Removes the checkpoints of later steps, and what is left of one that a
 //! killed run was writing. One rank.

@@ -119,10 +119,10 @@ struct Conservative : MethodDefaults
             faces =
                 NodeView( "Machpoint::faces", total, Impl::face_columns * Dim );
             open_faces = Impl::findOpenFaces( state );
-            const int columns = parts.heat_conduction > 0       ? 4
-                                : parts.pressure_relaxation > 0 ? Dim + 1
-                                : parts.heat_mixing > 0         ? 2
-                                                                : 0;
+            const int columns =
+                parts.heat_conduction > 0                                ? 4
+                : parts.pressure_relaxation > 0 || parts.heat_mixing > 0 ? 2
+                                                                         : 0;
             if ( columns > 0 )
                 heat = makeNodeSum( "Machpoint::exchange", state, columns );
             if ( parts.merge_volume > 0 )

@@ -214,10 +214,14 @@ class Particles
                 kept.id( first + k ) = id( p );
             } );
     }
-    //! Returns to the state before the step that has ended last.
+    //! Returns to the state before the step that has ended last, or before the
+    //! one that has begun.
     void restore()
     {
-        std::swap( _aosoa, _other );
+        if ( !_keeps )
+            std::swap( _aosoa, _other );
+        _keeps = false;
+        _reached = {};
         for ( auto& sidecar : _sidecars )
             sidecar->restore( _aosoa.size() );
         // The first kept of a row is the oldest, so it is given back last.

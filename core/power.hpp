@@ -33,10 +33,11 @@ KOKKOS_FORCEINLINE_FUNCTION Number exponential( const Number& x )
 }
 
 /*!
-  \brief (1 + a)^y for a >= -.6 and |y| <= 8; 1 for a = 0.
+  \brief (1 + a)^y, to .2 % of it for a >= -.6 and y = -1.4; 1 for a = 0.
 
   The square of Pade's approximant of (1 + a)^(y/2) with two powers of a above
-  and below: to y (y^2 - 4) (y^2 - 16) / 11520 a^5 of it.
+  and below: to y (y^2 - 4) (y^2 - 16) / 11520 a^5 of it for small a. Less good
+  the larger |y| is (docs/conservative.md, section 1), but positive.
 */
 template <class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number powerNearOne( const Number& a, const Real y )

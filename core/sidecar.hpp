@@ -127,10 +127,11 @@ class Sidecar : public SidecarBase
     }
     void restore( const std::size_t n ) override
     {
-        if ( _during_step == DuringStep::changes )
-            std::swap( _aosoa, _spare );
-        else
+        if ( _during_step != DuringStep::changes )
             resize( n, true );
+        else if ( !_keeps ) // the step has ended
+            std::swap( _aosoa, _spare );
+        _keeps = false;
     }
     void save() override
     {

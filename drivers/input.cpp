@@ -309,7 +309,7 @@ class Checker
             ( _input.at( "method" ).at( "name" ) == Conservative::name
                   ? Conservative::reach
                   : 0 );
-        double places = _input.at( "particles" ).at( "per_cell" );
+        double cells_in_all = 1;
         for ( int d = 0; d < _dimension; ++d )
         {
             const double lower = grid.at( "lower" ).at( d );
@@ -348,18 +348,30 @@ class Checker
                            is_single ? ", or build with "
                                        "Machpoint_PRECISION=double"
                                      : "" ) );
-            places *= static_cast<double>( cells );
+            cells_in_all *= static_cast<double>( cells );
         }
+        const double places =
+            cells_in_all *
+            _input.at( "particles" ).at( "per_cell" ).get<double>();
         const int ranks = Communicator().size();
-        if ( places / ranks > std::numeric_limits<int>::max() )
-            error( "/grid/cells",
-                   fmt::format( "{:.3g} particles are more than {} "
-                                "can hold ({} each); take fewer cells or "
-                                "particles per cell, or more ranks",
-                                places,
-                                ranks == 1 ? "one process"
-                                           : fmt::format( "{} ranks", ranks ),
-                                std::numeric_limits<int>::max() ) );
+        auto require = [&]( const double number, const char* what,
+                            const int most, const char* remedy )
+        {
+            if ( number / ranks > most )
+                error( "/grid/cells",
+                       fmt::format( "{:.3g} {} are more than {} can hold ({} "
+                                    "each); take {}, or more ranks",
+                                    number, what,
+                                    ranks == 1
+                                        ? "one process"
+                                        : fmt::format( "{} ranks", ranks ),
+                                    most, remedy ) );
+        };
+        constexpr int most = std::numeric_limits<int>::max();
+        require( places, "particles", most,
+                 "fewer cells or particles per cell" );
+        // What marks the halves of cells has whole numbers, too.
+        require( cells_in_all, "cells", most >> _dimension, "fewer cells" );
     }
 
     void checkParticles()

@@ -178,7 +178,9 @@ Checkpoint findCheckpoint( const Communicator& ranks, const std::string& name,
     for ( const auto& complaint : checkpoint.complaints )
         tell( "machpoint: {}\n", complaint );
     if ( !checkpoint.complaints.empty() )
-        tell( "machpoint: falls back to {}\n", checkpoint.file.string() );
+        tell( "machpoint: falls back to {}; what was passed over is kept, with "
+              ".unread added to its name\n",
+              checkpoint.file.string() );
     if ( checkpoint.revision != revision )
         tell( "machpoint: {} was written by revision {}, and this is "
               "{}: the run may go on in another way\n",
@@ -344,7 +346,9 @@ ExitCode run( const Json& input, const RunOptions& options )
     {
         directory.checkpoint( restart->archive );
         onRoot( ranks,
-                [&] {
+                [&]
+                {
+                    setAside( restart->passed_over );
                     removeCheckpointsAfter( checkpoints, simulation->steps() );
                 } );
         if ( former != FormerRun::go_on )

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -29,6 +30,9 @@ constexpr double least_shock = 1.1;
 constexpr double critical_mach = 0.7;
 //! Of a body with images, cells (docs/method.md, section 11).
 constexpr int least_thickness = 5;
+//! Angle with a wall below which a body that rises from it starts late,
+//! degrees (docs/conservative.md, section 6).
+constexpr double least_slope = 25;
 //! Differences of a uniform gas, relative: what a few operations round.
 constexpr double same = 1e-12;
 
@@ -101,7 +105,10 @@ class Survey
                                "gas meets it; move it or leave it out" );
         for ( const auto& body : _bodies )
             if ( body.has_images )
+            {
                 tellIfThin( body, odd );
+                tellIfSlender( body, odd );
+            }
         tellOfSmallBlasts( odd );
         return odd;
     }
@@ -198,6 +205,67 @@ class Survey
             "it thicker, or give it the treatment \"projection\", which needs "
             "2",
             body.place, thickness, least_thickness ) );
+    }
+
+    //! Tells of the first place where a body rises from a wall so little that
+    //! its tip is lost in what the wall mirrors.
+    void tellIfSlender( const Body& body, std::vector<std::string>& odd ) const
+    {
+        for ( const auto& entry : _input.at( "boundary" ) )
+            for ( const auto& claim : sidesOf( entry, Dim ) )
+            {
+                if ( claim.kind != SideKind::slip &&
+                     claim.kind != SideKind::no_slip )
+                    continue;
+                const int axis = claim.side / 2;
+                const int layer = claim.side % 2 ? _grid.cells[axis] - 1 : 0;
+                bool is_told = false;
+                _samples.forEach(
+                    [&]( const Indices<Dim>& i, int )
+                    {
+                        if ( is_told || i[axis] != layer )
+                            return;
+                        auto x = _samples.center( i );
+                        x[axis] = claim.side % 2 ? _grid.upper[axis]
+                                                 : _grid.lower[axis];
+                        const double slope = slopeAt( body, x, claim.side );
+                        is_told = slope < least_slope;
+                        if ( is_told )
+                            odd.push_back( fmt::format(
+                                "{}: the body rises from {} at {:.2g} degrees "
+                                "near {}, where what that wall mirrors hides "
+                                "its tip, so shocks start late; begin the grid "
+                                "two cells or more beyond the wall, and make "
+                                "the wall a body, too",
+                                body.place, sideNames( Dim )[claim.side], slope,
+                                placeText<Dim>( x ) ) );
+                    } );
+            }
+    }
+
+    //! Angle between a side and a body's surface that rises from it between a
+    //! place and the next samples; infinite where none does. Degrees.
+    double slopeAt( const Body& body, const Vector<Dim>& a,
+                    const int side ) const
+    {
+        const int axis = side / 2;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            auto b = a;
+            b[d] += _grid.spacing[d];
+            if ( d == axis || b[d] > _grid.upper[d] ||
+                 isInBody( a ) == isInBody( b ) ||
+                 ( body.shape.distance( a ) < 0 ) ==
+                     ( body.shape.distance( b ) < 0 ) )
+                continue;
+            const auto normal =
+                body.shape.nearest( isInBody( a ) ? b : a ).normal;
+            const double upright = side % 2 ? -normal[axis] : normal[axis];
+            if ( upright > 0 )
+                return std::acos( std::min( upright, 1.0 ) ) * 180 /
+                       std::numbers::pi;
+        }
+        return Kokkos::Experimental::infinity_v<double>;
     }
 
     bool isInBody( const Vector<Dim>& x ) const

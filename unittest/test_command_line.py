@@ -7,6 +7,7 @@ which place the message has to name.
 
 import copy
 import json
+import math
 import os
 import pathlib
 import random
@@ -441,6 +442,19 @@ class WrongInput(CommandLineTest):
             self.assertCode(result, WRONG_INPUT)
             self.assertIn(f'did you mean "{meant}"?', result.stderr)
 
+    def test_more_than_a_process_can_hold(self):
+        for scene, cells, per_cell, words in [
+                ("sod_2d", [40000, 40000], 1, "1.6e+09 cells are more than one "
+                 "process can hold (536870911 each); take fewer cells, or more "
+                 "ranks"),
+                ("sod", [100000000], 30, "3e+09 particles are more than one "
+                 "process")]:
+            result = machpoint("check", INPUTS / f"{scene}.json", "--set",
+                               f"grid.cells={cells}", "--set",
+                               f"particles.per_cell={per_cell}")
+            self.assertCode(result, WRONG_INPUT)
+            self.assertIn(f"/grid/cells: {words}", result.stderr)
+
     def test_bad_overrides(self):
         for override in ["time.cfl", "=3", "nothing.here=1", "grid.cells.7=5",
                          "grid.cells=[4", "scene.name=x", "time..cfl=0.4",
@@ -874,6 +888,29 @@ class Warnings(unittest.TestCase):
         self.assertEqual(
             self.odd("grid.cells=[40,20]", "boundary.4.shape={\"type\":\"box\","
                      "\"lower\":[2,-1],\"upper\":[3,0.1]}"), [])
+
+    def test_a_ramp_that_a_wall_hides(self):
+        def ramp(slope, *more):
+            a = math.radians(slope)
+            return self.odd(
+                "grid.cells=[40,20]", "boundary.4.shape={\"type\":"
+                "\"half_space\",\"point\":[1,0],\"normal\":"
+                f"[{-math.sin(a)},{math.cos(a)}]}}", *more)
+        line, = ramp(15)
+        self.assertRegex(line, r"^/boundary/4: the body rises from y_lower at "
+                         r"15 degrees near \(0.95, 0\)")
+        self.assertEqual(ramp(30), [])
+        self.assertEqual(ramp(15, "boundary.4.treatment=projection"), [])
+        # The floor is a body, too.
+        self.assertEqual(self.warnings("wedge", of="/boundary"), [])
+        self.assertEqual(len(self.warnings(
+            "wedge", "grid.lower=[0,0]", "grid.cells=[120,80]",
+            of="/boundary/4: the body rises")), 1)
+        # From above.
+        line, = self.odd(
+            "grid.cells=[40,20]", "boundary.4.shape={\"type\":\"sphere\","
+            "\"center\":[2,11.9],\"radius\":10}")
+        self.assertIn("rises from y_upper at 8.1 degrees", line)
 
     def test_a_blast_between_particles(self):
         self.assertEqual(self.warnings("sedov_2d", of=""), [])

@@ -90,8 +90,10 @@ class KernelsTest(unittest.TestCase):
         executable = built(self, "machpoint_kernels")
         some = "/quadratic/[12]D/[34]/(ord|uns)|/cubic/[23]D/[48]/mixed"
         found = results.run(executable, [f"--benchmark_filter={some}", *TINY])
-        for value in results.limits(found).values():
-            self.assertGreater(value, 0)
+        on_cpu = found["context"]["backend"] in ("Serial", "OpenMP")
+        for name, value in results.limits(found).items():
+            if on_cpu or not name.endswith("_one"):
+                self.assertGreater(value, 0, name)
         rows = results.rows(found)
         self.assertIn("step", {key[5] for key in rows})
         for key, row in rows.items():

@@ -140,7 +140,8 @@ class RanksTest(unittest.TestCase):
 
     def test_one_rank_of_four_is_killed(self):
         run = ["run", SOD, "--set", "grid.cells=[400]", "--set",
-               "output.every=0.05", "--set", 'checkpoint={"every_steps":20}']
+               "output.every=0.05", "--set", 'checkpoint={"every_steps":20}',
+               "--set", "reproducible=true"]
         whole = self.output.with_name("whole")
         process = self.start(*run, "--output", whole, ranks=4)
         self.assertAnswer(process, FINISHED, "output: ")

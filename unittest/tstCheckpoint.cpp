@@ -536,6 +536,13 @@ TEST_F( File, theNewestThatCanBeReadIsTaken )
     EXPECT_EQ( read.file, _first );
     ASSERT_EQ( read.complaints.size(), 2u );
     EXPECT_NE( read.complaints[1].find( _second.string() ), std::string::npos );
+    setAside( read.passed_over );
+    removeCheckpointsAfter( _folder, 5 );
+    EXPECT_TRUE( fs::exists( _folder / "100000000.h5.unread" ) );
+    EXPECT_TRUE( fs::exists( _second.string() + ".unread" ) );
+    EXPECT_EQ( newest().file, _first );
+    EXPECT_TRUE( newest().passed_over.empty() );
+    setAside( read.passed_over ); // are gone
     fs::resize_file( _first, 1000 );
     EXPECT_THROW( newest(), IoError );
     fs::remove_all( _folder );

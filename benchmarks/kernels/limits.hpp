@@ -36,8 +36,9 @@ Real bestRate( const Real work, const Real seconds, const Kernel& kernel )
     return best;
 }
 
-//! a = b + s c, in contiguous shares. Kernels are functions of their own, as
-//! nvcc wants no device lambda within another lambda.
+//! a = b + s c: threads of a CPU have contiguous shares, those of a GPU
+//! neighbouring elements. Kernels are functions of their own, as nvcc wants no
+//! device lambda within another lambda.
 inline void addArrays( const Kokkos::View<Real*, MemorySpace>& a,
                        const Kokkos::View<Real*, MemorySpace>& b,
                        const Kokkos::View<Real*, MemorySpace>& c,
@@ -46,8 +47,11 @@ inline void addArrays( const Kokkos::View<Real*, MemorySpace>& a,
     const std::int64_t n = a.extent_int( 0 );
     Kokkos::parallel_for(
         "Machpoint::triad", Range( 0, lanes ), KOKKOS_LAMBDA( const int lane ) {
-            const std::int64_t end = n * ( lane + 1 ) / lanes;
-            for ( std::int64_t i = n * lane / lanes; i < end; ++i )
+            const std::int64_t first = runs_on_host ? n * lane / lanes : lane;
+            const std::int64_t end =
+                runs_on_host ? n * ( lane + 1 ) / lanes : n;
+            const int step = runs_on_host ? 1 : lanes;
+            for ( std::int64_t i = first; i < end; i += step )
                 a( i ) = b( i ) + 0.5 * c( i );
         } );
 }
@@ -103,7 +107,7 @@ inline Real multiplyAdd( const int lanes, const int rounds, const Real seconds )
                      [&] { multiplyAddChains( lanes, rounds ); } );
 }
 
-//! Rates of one lane and of all.
+//! Rates of one lane, 0 on a GPU, and of all.
 struct Limits
 {
     Real triad_one, triad_all; //!< bytes/s
@@ -117,14 +121,12 @@ inline Limits measureLimits( const bool small )
     const int elements = small ? 1 << 16 : 1 << 24; // 128 MiB an array
     const int rounds = small ? 1000 : 1000000;
     const Real seconds = small ? 0 : 0.3;
-    // One thread of a GPU is no limit of anything.
-    const bool has_one =
-        Kokkos::SpaceAccessibility<Kokkos::HostSpace, MemorySpace>::accessible;
     Limits limits{};
     limits.triad_all = triad( all, elements, seconds );
     limits.fma_all = multiplyAdd( all, rounds, seconds );
-    limits.triad_one = has_one ? triad( 1, elements, seconds ) : 0;
-    limits.fma_one = has_one ? multiplyAdd( 1, rounds, seconds ) : 0;
+    // One thread of a GPU is no limit of anything.
+    limits.triad_one = runs_on_host ? triad( 1, elements, seconds ) : 0;
+    limits.fma_one = runs_on_host ? multiplyAdd( 1, rounds, seconds ) : 0;
     return limits;
 }
 

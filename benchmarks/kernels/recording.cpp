@@ -90,7 +90,7 @@ void shuffle( Simulation& simulation )
     simulation.checkpoint( written );
     auto entries = written.entries();
     std::vector<std::size_t> order;
-    auto permute = [&]( auto& entry, auto& rows )
+    auto permute = [&]( auto& entry, const auto& rows )
     {
         if ( order.empty() ) // all have the same number of rows
         {
@@ -104,11 +104,13 @@ void shuffle( Simulation& simulation )
     {
         if ( name.rfind( "particles/", 0 ) != 0 )
             continue;
-        if ( const auto* real = std::get_if<Rows<Real>>( &entry.values ) )
-            permute( entry, *real );
-        else if ( const auto* whole =
-                      std::get_if<Rows<std::int64_t>>( &entry.values ) )
-            permute( entry, *whole );
+        std::visit(
+            [&]<class Values>( const Values& values )
+            {
+                if constexpr ( requires { values.fetch; } )
+                    permute( entry, values );
+            },
+            decltype( entry.values )( entry.values ) );
     }
     Archive shuffled( std::move( entries ) );
     simulation.checkpoint( shuffled );

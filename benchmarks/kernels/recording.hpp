@@ -34,9 +34,11 @@ struct Case
 //! Sizes of all cases.
 struct Sizes
 {
-    int particles = 1 << 16; //!< of a case, about
-    int cycles = 1;          //!< of a sample: times `sort_every` steps
-    int samples = 3;         //!< after one to warm up
+    //! Of a case, about: a GPU must have work for all its threads, and more
+    //! than its cache holds.
+    int particles = runs_on_host ? 1 << 16 : 1 << 22;
+    int cycles = 1;  //!< of a sample: times `sort_every` steps
+    int samples = 3; //!< after one to warm up
 };
 
 //! Some steps.
