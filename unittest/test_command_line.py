@@ -910,7 +910,7 @@ class Warnings(unittest.TestCase):
         line, = self.odd(
             "grid.cells=[40,20]", "boundary.4.shape={\"type\":\"sphere\","
             "\"center\":[2,11.9],\"radius\":10}")
-        self.assertIn("rises from y_upper at 8.1 degrees", line)
+        self.assertIn("rises from y_upper at 8.3 degrees", line)
 
     def test_a_blast_between_particles(self):
         self.assertEqual(self.warnings("sedov_2d", of=""), [])
