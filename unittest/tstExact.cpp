@@ -909,6 +909,23 @@ TEST( Exact, Sedov )
         expectEqual( exact->state( at( 0.01 ), 0 ), { 1, { 0.25, 0, 0 }, 1e-5 },
                      0, 0, 0 );
 
+        // It comes back through periodic sides.
+        input["boundary"] = Json::array(
+            { { { "type", "periodic" }, { "side", "x_lower" } } } );
+        const auto closed = makeExact( input );
+        const auto& grid = input["grid"];
+        const double period =
+            grid["upper"][0].get<double>() - grid["lower"][0].get<double>();
+        for ( const double s : { 0.4, 0.9, 1.1 } )
+        {
+            auto x = at( s * shock );
+            x[0] -= period;
+            const auto back = closed->state( x, 1 );
+            const auto gas = exact->state( at( s * shock ), 1 );
+            expectEqual( back, gas, 1e-12, 1e-12, 1e-12 );
+            EXPECT_EQ( exact->state( x, 1 ).density, 1 );
+        }
+
         // Inside the equations hold, and the gas holds the mass swept up.
         for ( const double s : { 0.4, 0.7, 0.9 } )
             expectEuler( *exact, at( s * shock ), 1, j, 1.4, 1e-6 );
