@@ -925,10 +925,7 @@ class Warnings(unittest.TestCase):
                      "noh_1d", "shu_osher", "stationary_shock", "cylinder_mach3",
                      "wedge", "naca0012", "double_mach_reflection"]:
             with self.subTest(scene=name):
-                # The aerofoil is thinner than images ask for.
-                thicker = ["boundary.4.shape.digits=\"0020\""] \
-                    if name == "naca0012" else []
-                line, = self.warnings(name, self.BARE, *thicker)
+                line, = self.warnings(name, self.BARE)
                 self.assertRegex(line, "/physics: .*sends off a shock, .* times "
                                  "the pressure, .*artificial_viscosity")
         line, = self.warnings("sod", self.BARE)

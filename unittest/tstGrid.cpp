@@ -299,6 +299,27 @@ TYPED_TEST( BasisTest, stencilReproducesLinearFields )
     checkStencil<TypeParam, 3>();
 }
 
+// A particle that the division by h has in a rank's box, and the product with
+// 1/h just before it: its moment, by which an affine field is scaled, is not
+// negative.
+TEST( Stencil, momentOfHatsIsNotNegative )
+{
+    const Grid<1> grid( { 0 }, { 1 }, { 96 } );
+    const NodeLayout<1> layout( grid, { { 24 }, { 48 } }, Linear::centred,
+                                Linear::halo, {} );
+    for ( const Real side : { 0.25_rt, 0.5_rt } )
+        for ( const Real toward : { 0.0_rt, 1.0_rt } )
+        {
+            Real x = side;
+            for ( int k = 0; k < 4; ++k )
+            {
+                const Stencil<Linear, 1> s( grid, layout, { x } );
+                EXPECT_GE( s.moment( 0, grid.spacing[0] ), 0 ) << x;
+                x = std::nextafter( x, toward );
+            }
+        }
+}
+
 TEST( Placement, latticeSizes )
 {
     EXPECT_EQ( latticeSize( 3, 1 ), 3 );
