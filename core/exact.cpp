@@ -233,9 +233,10 @@ GasState RiemannSolution::sampleSide( const Side& side, double speed,
     {
         // Inside the fan (Toro 2009, eq. 4.56).
         const double c = side.sound_speed;
-        const double ratio = 2 / ( _gamma + 1 ) + ( _gamma - 1 ) /
-                                                      ( ( _gamma + 1 ) * c ) *
-                                                      ( side.velocity - speed );
+        // Rounding may take it below that of a vacuum, 0.
+        const double ratio = std::max(
+            0.0, ( 2 + ( _gamma - 1 ) * ( side.velocity - speed ) / c ) /
+                     ( _gamma + 1 ) );
         result.density *= std::pow( ratio, 2 / ( _gamma - 1 ) );
         result.velocity[0] = sign * ( speed + ratio * c );
         result.pressure *= std::pow( ratio, 2 * _gamma / ( _gamma - 1 ) );

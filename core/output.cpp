@@ -89,20 +89,19 @@ void removeFormerRun( const fs::path& directory )
 //! Makes the directory or takes an existing one, on the root.
 DirectoryLock takeDirectory( const fs::path& directory, const FormerRun former )
 {
+    makeDirectory( directory );
+    DirectoryLock lock( directory );
     if ( former == FormerRun::refuse )
         for ( const auto* name :
               { "summary.json", "particles", "grid", "checkpoints" } )
         {
-            std::error_code error; // of a path that is none: reported below
+            std::error_code error; // of a place that nobody may look at
             if ( fs::exists( directory / name, error ) )
                 throw IoError( fmt::format(
                     "{}: holds another run ({} exists); pass --overwrite to "
                     "replace it, or choose another directory with --output DIR",
                     directory.string(), name ) );
         }
-
-    makeDirectory( directory );
-    DirectoryLock lock( directory );
     const auto probe = directory / "machpoint_probe";
     writeFile( probe, "probe", 5 );
     removeFile( probe );

@@ -10,7 +10,9 @@
 
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 namespace Machpoint
 {
@@ -202,22 +204,36 @@ inline std::vector<SideClaim> sidesOf( const Json& entry, const int dimension )
     return hooks.sides ? hooks.sides( entry ) : std::vector<SideClaim>();
 }
 
+//! Adds a module to a list. \throws std::invalid_argument the name is taken
+template <template <int> class ModuleType, int Dim>
+void addModule( std::vector<ModuleFactory<Dim>>& list )
+{
+    auto factory = moduleFactory<Dim, ModuleType>();
+    for ( const auto& there : list )
+        if ( there.name == factory.name )
+            throw std::invalid_argument( "a module is called \"" +
+                                         factory.name +
+                                         "\" already; take another name" );
+    list.push_back( std::move( factory ) );
+}
+
 //! Adds a physics module from outside this repository, before runCommandLine.
+//! \throws std::invalid_argument its name is taken
 template <template <int> class ModuleType>
 void registerPhysics()
 {
-    physicsModules<1>().push_back( moduleFactory<1, ModuleType>() );
-    physicsModules<2>().push_back( moduleFactory<2, ModuleType>() );
-    physicsModules<3>().push_back( moduleFactory<3, ModuleType>() );
+    addModule<ModuleType>( physicsModules<1>() );
+    addModule<ModuleType>( physicsModules<2>() );
+    addModule<ModuleType>( physicsModules<3>() );
 }
 
-//! Adds a boundary from outside this repository, before runCommandLine.
+//! The same for a boundary.
 template <template <int> class ModuleType>
 void registerBoundary()
 {
-    boundaryModules<1>().push_back( moduleFactory<1, ModuleType>() );
-    boundaryModules<2>().push_back( moduleFactory<2, ModuleType>() );
-    boundaryModules<3>().push_back( moduleFactory<3, ModuleType>() );
+    addModule<ModuleType>( boundaryModules<1>() );
+    addModule<ModuleType>( boundaryModules<2>() );
+    addModule<ModuleType>( boundaryModules<3>() );
 }
 
 //! \name The same as families of input objects

@@ -439,6 +439,7 @@ TEST( Effects, noHookIsCalledThatAModuleDoesNotHave )
         EXPECT_FALSE( hooks.has( hook ) );
 
     registerPhysics<Listener>();
+    EXPECT_THROW( registerPhysics<Listener>(), std::invalid_argument );
     auto input = baseScene();
     input["physics"].push_back( { { "type", "listener" } } );
     const RestoredCallbacks restored;
