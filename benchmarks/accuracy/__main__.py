@@ -20,6 +20,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] /
                        "performance"))
 
+import figure # says what pictures lack
 import machine
 import page
 

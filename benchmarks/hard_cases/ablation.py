@@ -21,7 +21,7 @@ from run import ROOT, execute, relative, settings
 # Key of the input: its other value in 1D, and in 2D; None: not varied there.
 PARTS = {
     "method.time": ("symplectic", "symplectic"),
-    "method.least_filling": (0.2, 0.5),
+    "method.least_filling": (0.5, 0.5),
     "method.volume_relaxation": (1, 0),
     "method.particle_shifting": (0.2, 0),
     "method.viscosity_limiter": (False, False),
@@ -137,7 +137,10 @@ def main():
 
     def cost(part):
         ratios = sorted(base / own
-                        for base, own in zip(speeds[None], speeds[part]))
+                        for base, own in zip(speeds[None], speeds[part])
+                        if base and own)
+        if not ratios:
+            return "-"
         return (f"{statistics.median(ratios):.2f} "
                 f"({ratios[0]:.2f} to {ratios[-1]:.2f})")
 

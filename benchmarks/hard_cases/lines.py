@@ -100,7 +100,7 @@ def tube(gamma=1.4, left=(1, 0, 1), right=(0.125, 0, 0.1), number=100):
 
 
 def yardstick(number, error):
-    """Twice the error of finite volumes (MUSL, HLLC, van Leer) on the same
+    """Twice the error of finite volumes (MUSCL, HLLC, van Leer) on the same
     grid, as machpoint_reference measures it."""
     return {f"L1(rho), {number} cells": at_most(
         2 * error, "2 x finite volumes on the same grid")}

@@ -71,14 +71,13 @@ def sedov(runs):
         scatter = np.std(data["density"][band] /
                          np.interp(r[band], middles, density))
         x, y = (data["position"] - center).T
-        angle = np.cos(2 * np.arctan2(y, x)) if run.summary[
-            "dimension"] == 2 else None
+        angle = np.cos(4 * np.arctan2(y, x))
         label = f"{size(run)}, {run.input['particles']['per_cell']} per cell"
         values[f"shock radius, {label}"] = outermost(middles, density, level)
         values[f"peak density, {label}"] = density.max()
         values[f"scatter, {label}"] = scatter
         shocked = (data["density"] > level) & (r < 1)
-        reach = [r[shocked & (abs(angle - c) < 0.1)].max(initial=0)
+        reach = [r[shocked & (abs(angle - c) < 0.1)].max(initial=-math.inf)
                  for c in (1, -1)]
         values[f"anisotropy, {label}"] = abs(reach[0] - reach[1])
     return {k: float(v) for k, v in values.items()}
@@ -261,11 +260,12 @@ def bow_shock(runs):
                 shock = place[i] + (middle - rho[i]) / (
                     rho[i + 1] - rho[i]) * (place[i + 1] - place[i])
                 standoff.append((center[0] - radius - shock) / radius)
+            else:
+                standoff.append(math.nan)
             front = (np.linalg.norm(away, axis=1) < radius + 1.5 * h) & (
                 across < 2 * h) & (away[:, 0] < 0)
-            if front.any():
-                pitot.append((data["pressure"] * volume)[front].sum() /
-                             volume[front].sum())
+            pitot.append((data["pressure"] * volume)[front].sum() /
+                         volume[front].sum() if front.any() else math.nan)
         label = size(run)
         values[f"stand-off, {label}"] = np.mean(standoff or [math.nan])
         values[f"pitot, {label}"] = np.mean(pitot or [math.nan])

@@ -13,7 +13,7 @@ import planes
 import run as runs_of
 import spaces
 from case import COARSE
-from run import METHODS, ROOT, broken_invariants, execute, settings
+from run import ROOT, broken_invariants, execute, settings
 
 CASES = lines.CASES + planes.CASES + spaces.CASES
 
@@ -34,7 +34,7 @@ def asymmetry(run, axes):
     worst = 0.0
     for axis in axes:
         image = rho.T if axis == "xy" else np.flip(rho, rho.ndim - 1 - axis)
-        worst = max(worst, float(abs(rho - image).mean() / rho.mean()))
+        worst = float(np.maximum(worst, abs(rho - image).mean() / rho.mean()))
     return worst
 
 
@@ -42,9 +42,9 @@ class Suite:
     """Where things are, and what was measured so far.
 
     machpoint, reference: executables; output: results are kept there, one
-    file for each case, method, size and executable; keep: leave fields; kept:
-    take what is there, of another executable where this one has nothing, and
-    run nothing; sets: {dotted path: value} for all runs, after those of a case.
+    file for each case, method, size, executable and state of these scripts;
+    keep: leave fields; kept: take what is there, of others where these have
+    nothing, and run nothing; sets: {dotted path: value} for all runs, after those of a case.
     """
 
     def __init__(self, machpoint, output, reference=None, fast=False,
@@ -54,7 +54,11 @@ class Suite:
         self.output = pathlib.Path(output)
         self.fast, self.keep, self.kept = fast, keep, kept
         self.sets = sets or {}
-        self.identity = digest_of_file(self.machpoint)
+        # Of all that a result hangs on, but for the scene.
+        here = pathlib.Path(__file__).parent
+        self.identity = digest(digest_of_file(self.machpoint), *(
+            digest_of_file(path) for path in sorted(here.glob("*.py"))
+            if path.stem not in ("__main__", "ablation", "report")))
         self.revision = subprocess.run(
             [self.machpoint, "--version"], check=True, capture_output=True,
             text=True).stdout.strip()
@@ -84,7 +88,7 @@ class Suite:
         scene = ROOT / "input" / f"{case.scene}.json"
         text = scene.read_text() if scene.exists() else ""
         # Without the reference the same case measures less.
-        key = digest(case.variants(self.fast), METHODS, text, self.identity,
+        key = digest(case.variants(self.fast), text, self.identity,
                      bool(case.reference and self.reference and not self.fast),
                      *([self.sets] if self.sets else []))
         name = f"{case.name}-{method}-{self._of_sets()}" + \
@@ -118,6 +122,9 @@ class Suite:
             document["dimension"] = sets.get("dimension",
                                              document["dimension"])
             keys = settings(document, method, {**sets, **self.sets})
+            # All methods have bases; what else `conservative` has is its own.
+            if "method.basis" in self.sets:
+                keys["method.basis"] = self.sets["method.basis"]
             keys.setdefault("output.every", 1e9)
             run = execute(self.machpoint, scene, keys,
                           self.output / "runs" / f"{case.name}-{method}" /
@@ -139,8 +146,8 @@ class Suite:
                 if case.reference and self.reference and not self.fast:
                     result["values"].update(case.reference(
                         runs, lambda sets: self._finer(case, document, sets)))
-            except (ArithmeticError, LookupError, RuntimeError, ValueError,
-                    subprocess.TimeoutExpired) as error:
+            # Whatever it is, the other cases are measured.
+            except Exception as error:
                 result["broken"].append(f"nothing to measure: {error!r}")
             if not self.fast:
                 self._keep_picture(case, method, runs[-1])
@@ -170,6 +177,8 @@ class Suite:
     def _finer(self, case, document, sets):
         """A run of the finite-volume reference; kept for all methods."""
         scene = f"input/{case.scene}.json"
+        sets = {**sets, **{path: value for path, value in self.sets.items()
+                           if not path.startswith("method")}}
         directory = self.output / "reference" / (
             f"{case.name}-" + digest(document, sets,
                                      digest_of_file(self.reference)))

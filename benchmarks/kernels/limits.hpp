@@ -59,13 +59,13 @@ inline void addArrays( const Kokkos::View<Real*, MemorySpace>& a,
 /*!
   \brief Triad over arrays that no cache holds (McCalpin's STREAM).
   \param lanes that share the work: 1 for one thread
-  \return bytes/s, 24 for each element, as STREAM counts
+  \return bytes/s, three numbers for each element, as STREAM counts
 */
 inline Real triad( const int lanes, const int elements, const Real seconds )
 {
     const Kokkos::View<Real*, MemorySpace> a( "a", elements ),
         b( "b", elements ), c( "c", elements );
-    return bestRate( 24.0 * elements, seconds,
+    return bestRate( 3.0 * sizeof( Real ) * elements, seconds,
                      [&] { addArrays( a, b, c, lanes ); } );
 }
 

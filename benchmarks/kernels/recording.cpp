@@ -193,6 +193,9 @@ Recording record( const Case& setting, const Sizes& sizes )
         result.sort_every = input.at( "particles" ).at( "sort_every" );
     const int steps = sizes.cycles * result.sort_every;
     const auto simulation = makeSimulation( input );
+    // The first step sorts whatever `sort_every` says.
+    if ( setting.order == "unsorted" )
+        simulation->step( 100 );
     if ( setting.order != "ordered" )
         shuffle( *simulation );
     Traffic traffic;

@@ -61,7 +61,7 @@ class Watch:
         own = _own_busy() - self._own
         others = max(0, _all_busy() - self._all - own) / max(own, 1e-9)
         seen = {"load_before": self.load, "others": others,
-                "median_spread": statistics.median(spreads)}
+                "median_spread": statistics.median(spreads or [0])}
         # No spread at all: nothing was repeated, and nobody knows.
         seen["quiet"] = others < QUIET and 0 < seen["median_spread"] < QUIET
         if self.rates:

@@ -133,6 +133,12 @@ def main():
                          "benchmarks/precision/__main__.py")
     watch = machine.Watch()
     with tempfile.TemporaryDirectory() as scratch:
+        revisions = {jobs.execute([path, "--version"], 1).strip()
+                     for path in builds.values()}
+        if len(revisions) > 1:
+            parser.error(f"the builds are of {' and '.join(sorted(revisions))}"
+                         ": build all anew")
+
         def run(which, scene, sets, steps=None):
             summary = jobs.scene(builds[which], scene, sets, 1,
                                  pathlib.Path(scratch) / "run", steps)

@@ -78,14 +78,14 @@ KOKKOS_INLINE_FUNCTION Values<Dim> primitive( const Values<Dim>& u,
 {
     Values<Dim> w;
     Real square = 0;
-    w[0] = Kokkos::max( u[0], 1e-14 );
+    w[0] = Kokkos::max( u[0], 1e-14_rt );
     for ( int d = 0; d < Dim; ++d )
     {
         w[1 + d] = u[1 + d] / w[0];
         square += w[1 + d] * w[1 + d];
     }
     w[Dim + 1] = Kokkos::max(
-        ( gamma - 1 ) * ( u[Dim + 1] - 0.5 * w[0] * square ), 1e-16 );
+        ( gamma - 1 ) * ( u[Dim + 1] - 0.5_rt * w[0] * square ), 1e-16_rt );
     return w;
 }
 
@@ -167,7 +167,7 @@ hllFlux( const Values<Dim>& l, const Values<Dim>& r, const int axis,
     }
     const Real u_roe = a * u_l + ( 1 - a ) * u_r;
     const Real c_roe = Kokkos::sqrt(
-        Kokkos::max( ( gamma - 1 ) * ( enthalpy - 0.5 * square ), 0.0 ) );
+        Kokkos::max( ( gamma - 1 ) * ( enthalpy - 0.5_rt * square ), 0.0_rt ) );
     const Real S_l =
         Kokkos::min( u_l - soundSpeed<Dim>( l, gamma ), u_roe - c_roe );
     const Real S_r =

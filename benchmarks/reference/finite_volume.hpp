@@ -18,8 +18,9 @@
 namespace Machpoint::Reference
 {
 
-//! Courant number, whatever the scene's particles take.
-inline constexpr Real courant_number = 0.4;
+//! Courant number, of the sum over the axes, whatever the scene's particles
+//! take. Stable up to 1.
+inline constexpr Real usual_courant_number = 0.4;
 
 //! The initial state of a resolved entry of `initial`.
 template <class... States>
@@ -81,17 +82,21 @@ KOKKOS_INLINE_FUNCTION bool isShocked( const NodeView& w,
   Toro 2009, section 13.4 and, for the limiter, 13.8), HLLC fluxes (HLL
   beside shocks, see isShocked()), and Heun's method, the two-stage Runge-Kutta
   method that keeps a scheme's total variation (Shu and Osher 1988). Gravity is
-  the source S = (0, rho g, rho u . g). The step is 0.4 / max sum_a (|u_a| + c)
-  / h_a, the first five a fifth of that (Toro 2009, section 6.3.2).
+  the source S = (0, rho g, rho u . g). The step is the Courant number over
+  max sum_a (|u_a| + c) / h_a, the first five a fifth of that (Toro 2009,
+  section 6.3.2).
 */
 template <int Dim>
 class FiniteVolume
 {
   public:
     //! \param input resolved \param number_of_cells instead of the input's own
+    //! \param courant_number in (0, 1]
     //! \throws InputError where a cell has no initial state
-    FiniteVolume( const Json& input, const Indices<Dim>& number_of_cells )
-        : _grid( toVector<Dim>( input.at( "grid" ).at( "lower" ) ),
+    FiniteVolume( const Json& input, const Indices<Dim>& number_of_cells,
+                  const Real courant_number = usual_courant_number )
+        : _courant_number( courant_number ),
+          _grid( toVector<Dim>( input.at( "grid" ).at( "lower" ) ),
                  toVector<Dim>( input.at( "grid" ).at( "upper" ) ),
                  number_of_cells ),
           _cells( _grid, true, ghost_layers ), _solid( input, _cells ),
@@ -122,7 +127,7 @@ class FiniteVolume
                 "machpoint_reference: no time step at t = {:.6g}, step {}: the "
                 "gas broke down",
                 _time, _steps ) );
-        const Real dt = courant_number / rate * ( _steps < 5 ? 0.2 : 1.0 );
+        const Real dt = _courant_number / rate * ( _steps < 5 ? 0.2 : 1.0 );
         const bool last = _time + dt >= until;
         Kokkos::deep_copy( _u_start, _u );
         for ( const Real share : { 0.0, 0.5 } )
@@ -340,6 +345,7 @@ class FiniteVolume
         Kokkos::deep_copy( _w, w );
     }
 
+    Real _courant_number;
     Grid<Dim> _grid;
     NodeLayout<Dim> _cells; // rows of cells, ghost layers included
     Solid<Dim> _solid;

@@ -25,6 +25,7 @@ struct Options
     std::vector<std::string> overrides;
     std::string output;
     bool overwrite = false;
+    double courant_number = usual_courant_number;
     std::vector<int> reference_cells;
 };
 
@@ -210,7 +211,8 @@ void runScene( const Json& input, const Options& options )
     }
 
     Kokkos::Timer timer;
-    FiniteVolume<Dim> solver( input, makeGrid<Dim>( input ).cells );
+    FiniteVolume<Dim> solver( input, makeGrid<Dim>( input ).cells,
+                              static_cast<Real>( options.courant_number ) );
     if ( writes )
         writeFields( directory, solver );
     for ( std::int64_t output = 1; solver.time() < end; ++output )
@@ -232,6 +234,7 @@ void runScene( const Json& input, const Options& options )
     summary["threads"] = ExecutionSpace().concurrency();
     summary["dimension"] = Dim;
     summary["method"] = "muscl_hllc";
+    summary["cfl"] = options.courant_number;
     summary["cells"] = input.at( "grid" ).at( "cells" );
     if ( !options.reference_cells.empty() )
         summary["reference_cells"] = options.reference_cells;
@@ -311,6 +314,10 @@ int main( int argc, char** argv )
         "directory for the results (default out/<scene>_reference)" );
     app.add_flag( "--overwrite", options.overwrite,
                   "replace the results of a former run" );
+    app.add_option( "--cfl", options.courant_number,
+                    "Courant number of the sum over the axes, whatever the "
+                    "scene's particles take (default 0.4)" )
+        ->check( CLI::Range( 1e-6, 1.0, "CFL" ) );
     app.add_option( "--reference-cells", options.reference_cells,
                     "measure errors against a run on this finer grid: one "
                     "number for each axis" )
