@@ -37,10 +37,12 @@ namespace
 std::string idOf( const StudyRun& run, const Json& probes )
 {
     const char* threads = std::getenv( "OMP_NUM_THREADS" );
-    const auto text = fmt::format(
-        "{} {}{}{}", run.input.dump(), threads ? threads : "",
-        run.solver == Solver::finite_volume ? " finite_volume" : "",
-        probes.empty() ? "" : probes.dump() );
+    const auto text =
+        fmt::format( "{} {}{}{}", run.input.dump(), threads ? threads : "",
+                     run.solver == Solver::finite_volume
+                         ? fmt::format( " finite_volume {}", finite_volume_cfl )
+                         : "",
+                     probes.empty() ? "" : probes.dump() );
     std::uint64_t hash = 0xcbf29ce484222325u;
     for ( const unsigned char c : text )
         hash = ( hash ^ c ) * 0x100000001b3u;

@@ -98,10 +98,8 @@ ProcessResult ProcessGuard::run( const Solver solver, const fs::path& input,
 {
     const auto program = executable( solver );
     std::vector<std::string> words = { "machpoint", "run", "--quiet" };
-    // At the Courant number that particles have: it halves the time that it
-    // takes by itself, for errors a few percent larger.
     if ( solver == Solver::finite_volume )
-        words = { program.filename().string(), "--cfl", "0.8" };
+        words = { program.filename().string(), "--cfl", finite_volume_cfl };
     words.insert( words.end(), { input.string(), "--output", output.string(),
                                  "--overwrite" } );
     std::vector<char*> arguments;

@@ -24,6 +24,11 @@ struct ProcessResult
     std::string first_words;      //!< its first line of output, for a message
 };
 
+//! Courant number of finite volumes in a study: that of the particles they are
+//! held against. At their own of 0.4 they take twice the time, for errors a few
+//! percent smaller.
+inline constexpr const char* finite_volume_cfl = "0.8";
+
 //! The program of a solver: this very executable, or the one beside it.
 std::filesystem::path executable( Solver solver );
 

@@ -83,12 +83,15 @@ class Stages(Scratch):
         check = self.check()
         check.device = lambda: check.require("false")
         self.assertFalse(check.perform("device"))
+        check.kernels = lambda: sys.exit("a benchmark ends itself")
+        self.assertFalse(check.perform("kernels"))
         check.setup = lambda: {"text": ["all is well"]}
         self.assertTrue(check.perform("setup"))
         check.report()
         records = json.loads((self.folder / "report.json").read_text())
         self.assertEqual([(r["stage"], r["passed"]) for r in records],
-                         [("device", False), ("setup", True)])
+                         [("device", False), ("setup", True),
+                          ("kernels", False)])
         text = (self.folder / "report.md").read_text()
         self.assertIn("- failed: exit code 1 of false", text)
         self.assertIn("all is well", text)

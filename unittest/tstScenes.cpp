@@ -63,8 +63,8 @@ INSTANTIATE_TEST_SUITE_P( Everywhere, UniformGas,
 // moves through the grid and nothing happens, not even where it enters. Where
 // it leaves, the mirror image does not fit the moving lattice, and `apic` feels
 // it: noise that is .012 in the median of times and .049 at most on quadratics,
-// and falls by some five times per cell upstream, so 12 cells on nothing is left
-// of it.
+// and falls by some five times per cell upstream, so 12 cells on nothing is
+// left of it.
 class UniformFlow : public testing::TestWithParam<std::string>
 {
 };
@@ -89,9 +89,8 @@ TEST_P( UniformFlow, isTranslatedExactly )
             for ( std::size_t p = 0; p < data.mass.size(); ++p )
             {
                 const bool leaves = open && data.position[2 * p] > 0.5;
-                const double bound = leaves && GetParam() == "apic"
-                                         ? 0.05
-                                         : tolerance( 1e-8 );
+                const double bound =
+                    leaves && GetParam() == "apic" ? 0.05 : tolerance( 1e-8 );
                 EXPECT_NEAR( data.velocity[2 * p], 3, bound ) << basis << open;
                 EXPECT_NEAR( data.velocity[2 * p + 1], open ? 0 : 3, bound );
                 EXPECT_NEAR( data.density[p], 1.4, bound );

@@ -44,7 +44,8 @@ class Suite:
     machpoint, reference: executables; output: results are kept there, one
     file for each case, method, size, executable and state of these scripts;
     keep: leave fields; kept: take what is there, of others where these have
-    nothing, and run nothing; sets: {dotted path: value} for all runs, after those of a case.
+    nothing, and run nothing; sets: {dotted path: value} for all runs, after
+    those of a case.
     """
 
     def __init__(self, machpoint, output, reference=None, fast=False,
@@ -88,8 +89,9 @@ class Suite:
         scene = ROOT / "input" / f"{case.scene}.json"
         text = scene.read_text() if scene.exists() else ""
         # Without the reference the same case measures less.
+        reference = case.reference and self.reference and not self.fast
         key = digest(case.variants(self.fast), text, self.identity,
-                     bool(case.reference and self.reference and not self.fast),
+                     reference and digest_of_file(self.reference),
                      *([self.sets] if self.sets else []))
         name = f"{case.name}-{method}-{self._of_sets()}" + \
             ("fast" if self.fast else "full")
@@ -177,8 +179,9 @@ class Suite:
     def _finer(self, case, document, sets):
         """A run of the finite-volume reference; kept for all methods."""
         scene = f"input/{case.scene}.json"
-        sets = {**sets, **{path: value for path, value in self.sets.items()
-                           if not path.startswith("method")}}
+        # The case's own come last here: they say how much finer it is.
+        sets = {**{path: value for path, value in self.sets.items()
+                   if not path.startswith("method")}, **sets}
         directory = self.output / "reference" / (
             f"{case.name}-" + digest(document, sets,
                                      digest_of_file(self.reference)))

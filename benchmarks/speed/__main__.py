@@ -209,7 +209,7 @@ def main():
     record = {
         "revision": jobs.revision(build / "machpoint"),
         "processor": machine.processor(), "rounds": rounds,
-        "machine": watch.report(targets.spreads(figures) or [0]),
+        "machine": watch.report(targets.spreads(figures)),
         "figures": {" ".join(map(str, name)): values
                     for name, values in figures.items()},
         "rows": [dict(zip(["text", "measured", "asked", "verdict", "note"],
