@@ -122,6 +122,10 @@ class NodeScatter
     //! First row that a thread has not cleared yet, in a line of the cache of
     //! its own. [threads][16]
     using Progress = Kokkos::View<int* [16], Kokkos::HostSpace>;
+    //! A thread's copy of the nodes, [whole blocks of rows][columns]: addresses
+    //! for all, memory where the thread has written. Each is an allocation of
+    //! its own, as Linux refuses one that is larger than the machine's memory.
+    using Copy = Kokkos::View<Real*, Kokkos::HostSpace>;
     //! Knows no neighbours that add along.
     struct Alone
     {
@@ -154,12 +158,18 @@ class NodeScatter
             _cleared = Progress( "Machpoint::cleared", threads );
         if ( threads == 1 )
             return;
-        _copies = Kokkos::View<Real***, Kokkos::LayoutRight, MemorySpace>(
+        _copies = Kokkos::View<Copy*, Kokkos::HostSpace>(
             Kokkos::view_alloc( "Machpoint::copiesOfNodes",
-                                Kokkos::WithoutInitializing ),
-            threads, blocks() * block_rows, sums.extent( 1 ) );
-        _used = Kokkos::View<unsigned char**, Kokkos::LayoutRight, MemorySpace>(
-            "Machpoint::usedBlocks", threads, blocks() );
+                                Kokkos::SequentialHostInit ),
+            threads );
+        for ( int t = 0; t < threads; ++t )
+            _copies( t ) =
+                Copy( Kokkos::view_alloc( "Machpoint::copyOfNodes",
+                                          Kokkos::WithoutInitializing ),
+                      blocks() * block_rows * sums.extent( 1 ) );
+        _used = Kokkos::View<unsigned char**, Kokkos::LayoutRight,
+                             Kokkos::HostSpace>( "Machpoint::usedBlocks",
+                                                 threads, blocks() );
     }
 
     //! One number, to be added to.
@@ -337,7 +347,8 @@ class NodeScatter
                     used( t, b ) = 0;
                     const std::size_t count = numbersOf( sums, b );
                     Real* const sum = &sums( b * block_rows, 0 );
-                    const Real* const copy = &copies( t, b * block_rows, 0 );
+                    const Real* const copy =
+                        &copies( t )( b * block_rows * sums.extent( 1 ) );
                     for ( std::size_t k = 0; k < count; ++k )
                         sum[k] += copy[k];
                 }
@@ -385,7 +396,7 @@ class NodeScatter
             {
                 own.first = _seams( number );
                 own.end = Kokkos::min( _seams( number + 1 ), rows );
-                own.copy = &_copies( number, 0, 0 );
+                own.copy = _copies( number ).data();
                 own.used = &_used( number, 0 );
             }
         }
@@ -410,8 +421,8 @@ class NodeScatter
     NodeView _sums;
     NodeSeams _seams;
     Progress _cleared;
-    Kokkos::View<Real***, Kokkos::LayoutRight, MemorySpace> _copies;
-    Kokkos::View<unsigned char**, Kokkos::LayoutRight, MemorySpace> _used;
+    Kokkos::View<Copy*, Kokkos::HostSpace> _copies; // [threads]
+    Kokkos::View<unsigned char**, Kokkos::LayoutRight, Kokkos::HostSpace> _used;
     NodeSeams::Token _token;
 };
 

@@ -2,7 +2,10 @@
 # shellcheck shell=bash
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-jobs=$(nproc)
+jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
+# Debian's own has the packages that the tools need; another may come first on the PATH.
+# shellcheck disable=SC2034 # used where this is sourced
+python=${MACHPOINT_PYTHON:-/usr/bin/python3}
 
 # Notes go to stderr: stdout belongs to the program that is run.
 say() { printf 'machpoint: %s\n' "$*" >&2; }
@@ -28,12 +31,35 @@ quietly() {
     return "$status"
 }
 
-# build PRESET TARGET [CMake option]...: configures and builds one target.
+# alone COMMAND...: runs it while nothing else builds in this checkout. It must not call
+# tools/setup, which does so, too.
+alone() {
+    mkdir -p "$root/build"
+    (
+        flock -n 8 || { say "waiting for another build" && flock 8; }
+        "$@"
+    ) 8>"$root/build/lock"
+}
+
+# build_in FOLDER PRESET "TARGET..." [CMake option]...: configures and builds targets in
+# build/FOLDER.
+build_in() {
+    alone configure_and_build "$@"
+}
+
+configure_and_build() {
+    local folder=$root/build/$1 preset=$2 targets
+    read -ra targets <<<"$3"
+    shift 3
+    quietly cmake -S "$root" --preset "$preset" -B "$folder" \
+        ${MACHPOINT_PYTHON:+-D "Machpoint_PYTHON=$MACHPOINT_PYTHON"} "$@" &&
+        quietly cmake --build "$folder" --parallel "$jobs" --target "${targets[@]}"
+}
+
+# build PRESET TARGET [CMake option]...: the same in the folder of the preset.
 build() {
     local preset=$1 target=$2
     shift 2
     say "building $target ($preset; minutes the first time)"
-    quietly cmake -S "$root" --preset "$preset" "$@" &&
-        quietly cmake --build "$root/build/$preset" --target "$target" \
-            --parallel "$jobs"
+    build_in "$preset" "$preset" "$target" "$@"
 }

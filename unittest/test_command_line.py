@@ -16,27 +16,20 @@ import resource
 import signal
 import subprocess
 import tempfile
-import time
 import unittest
 import unittest.mock
 
 import h5py
 import numpy
 
+import running
+from running import (ALARMING, ENVIRONMENT, FINISHED, IO_FAILURE, NUMERICAL_FAILURE,
+                     STOPPED_EARLY, WRONG_INPUT)
+
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 SINGLE = os.environ.get("MACHPOINT_PRECISION") == "single"
 INPUTS = pathlib.Path(__file__).resolve().parent.parent / "input"
 SOD = INPUTS / "sod.json"
-
-FINISHED, NUMERICAL_FAILURE, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
-
-# Kokkos warns when threads are not bound; that is not under test.
-ENVIRONMENT = dict(os.environ, OMP_PROC_BIND="false")
-
-# What a user never sees, from an uncaught exception to a sanitizer's report.
-ALARMING = re.compile(
-    r"terminate|what\(\)|abort|exception|core dumped|Kokkos|runtime error"
-    r"|Sanitizer|Segmentation|assert", re.IGNORECASE)
 
 SHIPPED = {
     path.name: json.loads(path.read_text())
@@ -456,14 +449,24 @@ class WrongInput(CommandLineTest):
             self.assertIn(f"/grid/cells: {words}", result.stderr)
 
     def test_bad_overrides(self):
-        for override in ["time.cfl", "=3", "nothing.here=1", "grid.cells.7=5",
-                         "grid.cells=[4", "scene.name=x", "time..cfl=0.4",
-                         "physics[x].gamma=2", "particles.per_cell=3.7"]:
+        for override, reason in [
+                ("time.cfl", "expected path=value"),
+                ("=3", "expected path=value"),
+                ("nothing.here=1", "the input has no nothing"),
+                ("grid.cells.7=5", "a list of 1 entry"),
+                ("grid.cells=[4", "unexpected end of input"),
+                ("scene.name=x", 'scene is "sod"'),
+                ("time..cfl=0.4", "expected path=value"),
+                ("physics[x].gamma=2", "expected path=value"),
+                ("particles.per_cell=3.7", "expected a whole number")]:
             with self.subTest(override=override):
                 result = self.run_sod("--set", override, cwd=self.directory)
                 self.assertCode(result, WRONG_INPUT)
-                self.assertIn(override.split("=")[0].split(".")[0]
-                              .split("[")[0], result.stderr)
+                # What is no value of its place is told of the input.
+                place = (f"{SOD}: /particles/per_cell" if "3.7" in override
+                         else f"--set {override}")
+                self.assertRegex(result.stderr, re.escape(f"{place}: ") + ".*"
+                                 + re.escape(reason))
                 self.assertEqual(contents(self.directory), {})
 
 
@@ -783,22 +786,10 @@ class Interrupted(CommandLineTest):
     """A run that would take minutes is stopped after its second output."""
 
     def start(self):
-        process = subprocess.Popen(
-            [EXECUTABLE, "run", str(SOD), "--output", str(self.output),
-             "--set", "grid.cells=[20000]", "--set", "output.every=1e-6"],
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
-
-        def finish():
-            process.kill()
-            process.communicate()
-
-        self.addCleanup(finish)
-        deadline = time.monotonic() + 60
-        while len(list(self.output.glob("particles/*.h5"))) < 2:
-            self.assertIsNone(process.poll(), "the run has ended by itself")
-            self.assertLess(time.monotonic(), deadline, "no output")
-            time.sleep(0.02)
+        process = running.start(
+            self, [EXECUTABLE, "run", SOD, "--output", self.output, "--set",
+                   "grid.cells=[20000]", "--set", "output.every=1e-6"], ENVIRONMENT)
+        running.wait_for(self, process, 2, self.output, "particles/*.h5")
         return process
 
     def test_signals(self):

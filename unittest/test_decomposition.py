@@ -15,19 +15,13 @@ import unittest
 import h5py
 import numpy as np
 
+from running import ENVIRONMENT, NUMERICAL_FAILURE, WRONG_INPUT
+
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 LAUNCHER = os.environ["MACHPOINT_MPIEXEC"]
 INPUT = pathlib.Path(__file__).resolve().parent.parent / "input"
 
-# Open MPI's ways to share cores and to run as root; others ask for neither.
-ENVIRONMENT = dict(os.environ,
-                   OMPI_MCA_rmaps_base_oversubscribe="1",
-                   OMPI_MCA_mpi_yield_when_idle="1",
-                   OMPI_ALLOW_RUN_AS_ROOT="1",
-                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
 TOLERANCE = 1e-12  # relative to the largest value
-NUMERICAL_FAILURE = 1
-WRONG_INPUT = 2
 
 
 def method(name, basis):

@@ -69,6 +69,7 @@ class CommandLine(Scratch):
         for stage in gpu_check.STAGES:
             self.assertIn(f"gpu_check: {stage}\n", result.stdout)
         self.assertIn("--preset cuda", result.stdout)
+        self.assertIn("build/gpu_check/cuda", result.stdout)
         self.assertFalse(list((self.folder / "out").glob("*.json")))
 
 
@@ -103,6 +104,21 @@ class Stages(Scratch):
         record = json.loads((self.folder / "device.json").read_text())
         self.assertLess(record["seconds"], 20)
         self.assertIn("time limit", record["failed"][0])
+
+    def test_a_scene_that_was_not_compiled(self):
+        found = {"verdict": "not compiled", "difference": "", "speed": ["", ""]}
+
+        def failed(**options):
+            check = self.check(**options)
+            check.remembered = lambda key, make: found
+            return check.scenes()["failed"]
+
+        self.assertIn("sod: not compiled", failed())
+        self.assertEqual(failed(set=["Machpoint_DIMENSIONS=2"]), [])
+        # The call that built them had it.
+        (self.folder / "build.json").write_text(
+            json.dumps({"set": ["Machpoint_DIMENSIONS=2"]}))
+        self.assertEqual(failed(), [])
 
     def test_summaries_differ(self):
         a = {"steps": 50, "particles_final": 10, "final_time": 0.1,

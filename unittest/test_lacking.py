@@ -13,11 +13,13 @@ import tempfile
 import time
 import unittest
 
+import running
+from running import ENVIRONMENT, FINISHED, IO_FAILURE, STOPPED_EARLY, WRONG_INPUT
+
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 LACKS = os.environ["MACHPOINT_LACKS"].split()
 SOD = pathlib.Path(__file__).resolve().parent.parent / "input" / "sod.json"
 
-FINISHED, _, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
 NO_FIELDS = ["--set", "output={\"particles\": false, \"grid\": false}"]
 WITHOUT_MPI = unittest.skipUnless("MPI" in LACKS, "this build has MPI")
 WITHOUT_HDF5 = unittest.skipUnless("HDF5" in LACKS, "this build has HDF5")
@@ -38,7 +40,7 @@ class Lacking(unittest.TestCase):
         return subprocess.run(
             self.command(*arguments), stdin=subprocess.DEVNULL,
             capture_output=True, text=True, timeout=60,
-            env=dict(os.environ, OMP_PROC_BIND="false", **environment))
+            env={**ENVIRONMENT, **environment})
 
     def assertRefused(self, result, code, lack):
         self.assertEqual(result.returncode, code, result.stderr)
@@ -79,9 +81,9 @@ class Lacking(unittest.TestCase):
 
     @WITHOUT_HDF5
     def test_stop(self):
-        process = subprocess.Popen(
-            self.command(*NO_FIELDS, "--set", "grid.cells=[100000]"),
-            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        process = running.start(
+            self, self.command(*NO_FIELDS, "--set", "grid.cells=[100000]"),
+            ENVIRONMENT)
         while process.poll() is None and not self.output.exists():
             time.sleep(0.01)
         process.send_signal(signal.SIGTERM)

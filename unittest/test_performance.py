@@ -17,6 +17,8 @@ import tempfile
 import unittest
 import unittest.mock
 
+import running
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent / "benchmarks"
 sys.path += [str(ROOT / name) for name in
              ("performance", "kernels", "speed", "sod_sweep")]
@@ -30,10 +32,7 @@ import sweep
 import targets
 
 TINY = ["--small", "--particles", "300", "--samples", "1"]
-# Two ranks may share a core, and root may be who tests.
-os.environ.update(OMPI_MCA_rmaps_base_oversubscribe="1",
-                  OMPI_ALLOW_RUN_AS_ROOT="1",
-                  OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+os.environ.update(running.OPEN_MPI)
 MACHPOINT = pathlib.Path(os.environ["MACHPOINT_EXECUTABLE"])
 
 
@@ -68,6 +67,7 @@ class AccuracyTest(unittest.TestCase):
         self.assertTrue(any(line.startswith("| finite_volume |")
                             for line in lines))
         front = [r for r in study["rows"] if r["id"] in study["pareto"]]
+        self.assertTrue(front)
         self.assertEqual("".join(lines).count("**"), 2 * len(front))
         for row in front:
             self.assertIn(f"**{row['errors']['density.L1']:.2e}, ",

@@ -11,9 +11,10 @@ import sys
 import tempfile
 import unittest
 
+from running import ONE_THREAD
+
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-ENVIRONMENT = dict(os.environ, OMP_PROC_BIND="false", OMP_NUM_THREADS="1")
 
 
 class Pictures(unittest.TestCase):
@@ -25,7 +26,7 @@ class Pictures(unittest.TestCase):
 
     def call(self, *words):
         result = subprocess.run(list(map(str, words)), capture_output=True,
-                                text=True, timeout=120, env=ENVIRONMENT)
+                                text=True, timeout=120, env=ONE_THREAD)
         self.assertEqual(result.returncode, 0, result.stderr)
         return result.stdout
 

@@ -11,13 +11,10 @@ import subprocess
 import tempfile
 import unittest
 
+from running import FINISHED, NUMERICAL_FAILURE, ONE_THREAD, WRONG_INPUT
+
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 INPUTS = pathlib.Path(__file__).resolve().parent.parent / "input"
-FINISHED, NUMERICAL_FAILURE, WRONG_INPUT = range(3)
-ENVIRONMENT = dict(os.environ, OMP_PROC_BIND="false", OMP_NUM_THREADS="1",
-                   OMPI_MCA_rmaps_base_oversubscribe="1",
-                   OMPI_ALLOW_RUN_AS_ROOT="1",
-                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
 SINGLE = os.environ.get("MACHPOINT_PRECISION") == "single"
 FIELDS = ["density", "velocity", "pressure", "specific_internal_energy"]
 NO_FIELDS = ["output.particles=false", "output.grid=false"]
@@ -44,7 +41,7 @@ class PriceTest(unittest.TestCase):
             words = [launcher, "-n", str(ranks), *words]
         result = subprocess.run(words, capture_output=True, text=True,
                                 stdin=subprocess.DEVNULL, timeout=100,
-                                cwd=self.directory, env=ENVIRONMENT)
+                                cwd=self.directory, env=ONE_THREAD)
         if "this build has no" in result.stderr:
             self.skipTest(result.stderr.strip())
         self.assertEqual(result.returncode, code,

@@ -11,10 +11,12 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import h5py
+
+import running
+from running import FINISHED, IO_FAILURE, STOPPED_EARLY, WRONG_INPUT
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] /
                     "benchmarks" / "kills"))
@@ -23,14 +25,6 @@ import ranks as launched
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 LAUNCHER = os.environ["MACHPOINT_MPIEXEC"]
 SOD = pathlib.Path(__file__).resolve().parent.parent / "input" / "sod.json"
-
-FINISHED, _, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
-
-# Open MPI's ways to share cores and to run as root; others ask for neither.
-ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1",
-                   OMPI_MCA_rmaps_base_oversubscribe="1",
-                   OMPI_ALLOW_RUN_AS_ROOT="1",
-                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
 
 
 def is_rank(process, number):
@@ -51,17 +45,8 @@ class RanksTest(unittest.TestCase):
         self.output = pathlib.Path(scratch.name) / "out"
 
     def start(self, *arguments, ranks=2):
-        process = subprocess.Popen(
-            [LAUNCHER, "-n", str(ranks), EXECUTABLE, *map(str, arguments)],
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
-
-        def finish():
-            process.kill()
-            process.communicate()
-
-        self.addCleanup(finish)
-        return process
+        return running.start(self, [LAUNCHER, "-n", ranks, EXECUTABLE, *arguments],
+                             running.ONE_THREAD)
 
     def assertAnswer(self, process, code, message):
         """It ends with the code, and one rank says the message."""
@@ -70,12 +55,7 @@ class RanksTest(unittest.TestCase):
         self.assertEqual((stdout + stderr).count(message), 1, stdout + stderr)
 
     def wait_for(self, process, count, pattern):
-        """Until there are so many files."""
-        deadline = time.monotonic() + 60
-        while len(list(self.output.glob(pattern))) < count:
-            self.assertIsNone(process.poll(), "the run has ended by itself")
-            self.assertLess(time.monotonic(), deadline, f"no {pattern}")
-            time.sleep(0.005)
+        running.wait_for(self, process, count, self.output, pattern)
 
     def rank(self, process, number):
         """The process of a rank."""

@@ -16,11 +16,12 @@ import unittest
 import h5py
 import numpy
 
+from running import ENVIRONMENT, WRONG_INPUT
+
 EXECUTABLE = os.environ.get("MACHPOINT_REFERENCE", "")
 INPUTS = pathlib.Path(__file__).resolve().parent.parent / "input"
-WRONG_INPUT = 2
 # Kernels this small wait more than they work: let threads sleep meanwhile.
-ENVIRONMENT = dict(os.environ, OMP_WAIT_POLICY="passive")
+SLEEPING = {**ENVIRONMENT, "OMP_WAIT_POLICY": "passive"}
 FIELDS = ["density", "velocity", "pressure", "specific_internal_energy"]
 
 # A shock tube between walls, fast enough for its waves to be reflected.
@@ -47,7 +48,7 @@ class ReferenceTest(unittest.TestCase):
         return subprocess.run(
             [EXECUTABLE, str(scene), "--output", str(self.output), *sets,
              *options],
-            capture_output=True, text=True, timeout=60, env=ENVIRONMENT)
+            capture_output=True, text=True, timeout=60, env=SLEEPING)
 
     def run_scene(self, scene, *overrides, options=()):
         """Summary, first and last fields of a run that has to succeed."""
@@ -84,6 +85,23 @@ class ReferenceTest(unittest.TestCase):
         self.assertAlmostEqual(errors[2] / 1.6e-3, 1, delta=0.02)
         # Shock and contact are resolved to first order at best.
         self.assertGreater(math.log2(errors[0] / errors[2]) / 2, 0.8)
+
+    def test_courant_number(self):
+        steps = []
+        for number in ("0.4", "0.8"):
+            summary, _, last = self.run_scene(INPUTS / "sod.json",
+                                              options=("--cfl", number))
+            self.assertEqual(summary["cfl"], float(number))
+            self.assertEqual(last["attributes"]["time"], 0.2)
+            # Twice as long steps are of about the same accuracy.
+            self.assertAlmostEqual(
+                summary["errors"]["density"]["L1"] / 5.4e-3, 1, delta=0.25)
+            steps.append(summary["steps"])
+        self.assertAlmostEqual(steps[0] / steps[1], 2, delta=0.1)
+        for number in ("0", "1.1", "fast"):
+            result = self.call(INPUTS / "sod.json", options=("--cfl", number))
+            self.assertEqual(result.returncode, WRONG_INPUT)
+            self.assertIn("--cfl", result.stderr)
 
     def test_summary_measures_what_the_fields_say(self):
         summary, first, last = self.run_scene(INPUTS / "sod.json")

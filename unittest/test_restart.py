@@ -21,14 +21,10 @@ import unittest
 import h5py
 import numpy
 
-EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
-ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false")
+import running
+from running import ALARMING, FINISHED, IO_FAILURE, STOPPED_EARLY, WRONG_INPUT
 
-FINISHED, NUMERICAL_FAILURE, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
-# What a user never sees.
-ALARMING = re.compile(
-    r"terminate|what\(\)|abort|exception|core dumped|Kokkos|runtime error"
-    r"|Sanitizer|Segmentation|assert", re.IGNORECASE)
+EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 
 # A stream around a body: particles enter, leave, are halved and merged. It takes
 # a fraction of a second.
@@ -57,12 +53,6 @@ SCENE = {
 TIMINGS = {"wall_seconds", "first_step_seconds", "particle_updates_per_second",
            "peak_memory_bytes", "peak_array_bytes", "kernels", "effects", "phases",
            "communication", "price"}
-
-
-def start(*arguments):
-    return subprocess.Popen([EXECUTABLE, "run", *map(str, arguments)],
-                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
 
 
 def outputs(directory):
@@ -105,10 +95,12 @@ class RestartTest(unittest.TestCase):
         cls.input.write_text(json.dumps(SCENE))
         cls.whole = cls.scratch / "whole"
         begin = time.monotonic()
-        process = start(cls.input, "--output", cls.whole)
-        text = process.communicate(timeout=120)
+        done = subprocess.run(
+            [EXECUTABLE, "run", cls.input, "--output", cls.whole],
+            stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120,
+            env=running.ONE_THREAD)
         cls.seconds = time.monotonic() - begin
-        assert process.returncode == FINISHED, text
+        assert done.returncode == FINISHED, done.stdout + done.stderr
         cls.backend = json.loads(
             (cls.whole / "summary.json").read_text())["backend"]
 
@@ -119,14 +111,8 @@ class RestartTest(unittest.TestCase):
         self.output = self.directory / "out"
 
     def start(self, *arguments):
-        process = start(self.input, "--output", self.output, *arguments)
-
-        def finish():
-            process.kill()
-            process.communicate()
-
-        self.addCleanup(finish)
-        return process
+        return running.start(self, [EXECUTABLE, "run", self.input, "--output",
+                                    self.output, *arguments], running.ONE_THREAD)
 
     def run_code(self, code, *arguments):
         """Runs to an end of this exit code. Returns what stderr said."""
@@ -137,12 +123,7 @@ class RestartTest(unittest.TestCase):
         return stderr
 
     def wait_for(self, process, count, pattern):
-        """Until there are so many files."""
-        deadline = time.monotonic() + 60
-        while len(list(self.output.glob(pattern))) < count:
-            self.assertIsNone(process.poll(), "the run has ended by itself")
-            self.assertLess(time.monotonic(), deadline, f"no {pattern}")
-            time.sleep(0.005)
+        running.wait_for(self, process, count, self.output, pattern)
 
     def require_repeats(self):
         if self.backend not in ["Serial", "OpenMP"]:

@@ -17,11 +17,13 @@ import tempfile
 import time
 import unittest
 
+import running
+from running import (FINISHED, IO_FAILURE, NUMERICAL_FAILURE, ONE_THREAD,
+                     STOPPED_EARLY, WRONG_INPUT)
+
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 INPUTS = pathlib.Path(__file__).resolve().parent.parent / "input"
 PLOT = INPUTS.parent / "tools/plot.py"
-FINISHED, NUMERICAL_FAILURE, WRONG_INPUT, STOPPED_EARLY, IO_FAILURE = range(5)
-ENVIRONMENT = dict(os.environ, OMP_PROC_BIND="false", OMP_NUM_THREADS="1")
 
 
 class StudyTest(unittest.TestCase):
@@ -46,7 +48,7 @@ class StudyTest(unittest.TestCase):
     def study(self, path, *arguments, code=FINISHED):
         result = subprocess.run(self.command(path, *arguments),
                                 stdin=subprocess.DEVNULL, capture_output=True,
-                                text=True, timeout=120, env=ENVIRONMENT)
+                                text=True, timeout=120, env=ONE_THREAD)
         self.assertEqual(result.returncode, code,
                          result.stdout + result.stderr)
         return result
@@ -92,6 +94,7 @@ class Rows(StudyTest):
             2**(law["time_exponent"] / law["order"]))
         self.assertIn("halving this error takes", shown)
         front = [r for r in rows if r["id"] in study["pareto"]]
+        self.assertTrue(front)
         for row in front:
             self.assertFalse(any(
                 other["seconds"] < row["seconds"] and
@@ -213,9 +216,7 @@ class Rows(StudyTest):
             self.skipTest("this build has no MPI")
         result = subprocess.run(
             [mpiexec, "-n", "1", *self.command(path)], capture_output=True,
-            text=True, timeout=120, stdin=subprocess.DEVNULL,
-            env=dict(ENVIRONMENT, OMPI_ALLOW_RUN_AS_ROOT="1",
-                     OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1"))
+            text=True, timeout=120, stdin=subprocess.DEVNULL, env=ONE_THREAD)
         self.assertEqual(result.returncode, FINISHED, result.stderr)
         self.assertEqual(self.result()["rows"][0]["status"], "finished")
 
@@ -340,17 +341,8 @@ class Interrupted(StudyTest):
         """Signals a study in its second run, which would take minutes."""
         path = self.write(vary=[{"time.end": [0.01, 0.2],
                                  "grid.cells": [[20], [20000]]}], repeats=1)
-        process = subprocess.Popen(self.command(path), env=ENVIRONMENT,
-                                   stdin=subprocess.DEVNULL,
-                                   stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True)
-        self.addCleanup(process.communicate)
-        self.addCleanup(process.kill)
-        deadline = time.monotonic() + 60
-        while len(list(self.output.glob("runs/*.json"))) < 2:
-            self.assertIsNone(process.poll())
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.01)
+        process = running.start(self, self.command(path), ONE_THREAD)
+        running.wait_for(self, process, 2, self.output, "runs/*.json")
         time.sleep(0.2)
         process.send_signal(number)
         process.wait(timeout=60)
@@ -402,7 +394,7 @@ class Interrupted(StudyTest):
         # minutes of work, so that it does so soon.
         cells = [[n] for n in range(20, 120, 2)]
         path = self.write(vary=[{"grid.cells": cells}], repeats=1)
-        process = subprocess.Popen(self.command(path), env=ENVIRONMENT,
+        process = subprocess.Popen(self.command(path), env=ONE_THREAD,
                                    stdin=subprocess.DEVNULL,
                                    stdout=subprocess.DEVNULL,
                                    stderr=subprocess.PIPE, text=True)

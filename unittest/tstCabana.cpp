@@ -339,6 +339,23 @@ TEST( Cabana, BinByKeyThenPermuteSorts )
     EXPECT_EQ( seen.size(), std::size_t( n ) );
 }
 
+// Large whole numbers that are the same as doubles: 40 in two parts, and the
+// largest apart.
+TEST( Cabana, BinByKeyTellsLargeKeysApart )
+{
+    const auto key = []( const int p )
+    {
+        return ( std::int64_t( 1 ) << 62 ) + ( p == 0   ? 0
+                                               : p == 1 ? 3
+                                               : p == 2 ? 40
+                                                        : 7 );
+    };
+    const auto binning =
+        Cabana::binByKey( makeKeys<std::int64_t>( 4, key ), 2 );
+    EXPECT_EQ( binsOf( binning ), ( std::vector<std::pair<int, int>>{
+                                      { 3, 0 }, { 0, 3 }, { 1, 3 } } ) );
+}
+
 TEST( Cabana, PermuteLeavesParticlesOutsideTheRange )
 {
     AoSoA particles = makeParticles( num_particle );

@@ -1,5 +1,6 @@
 // Checkpoints: a run that is read back goes on as if nothing had happened, and
 // a file that does not belong is refused.
+#include "file_size_limit.hpp"
 #include "rows.hpp"
 #include "scenes.hpp"
 
@@ -175,7 +176,7 @@ class AnyScene
 };
 
 //! Threads and devices add in an order of their own. CMakeLists.txt names the
-//! suites of this file, to run them on one thread.
+//! tests that ask for this, to run them on one thread.
 bool repeatsExactly()
 {
     return ExecutionSpace().concurrency() == 1;
@@ -547,6 +548,39 @@ TEST_F( File, theNewestThatCanBeReadIsTaken )
     EXPECT_THROW( newest(), IoError );
     fs::remove_all( _folder );
     EXPECT_THROW( newest(), IoError );
+}
+
+// Be the file that fails that of a new step, or one in place of a former.
+TEST_F( File, aFullDiskSparesTheFormerOnes )
+{
+    for ( const int steps : { 0, 3 } )
+    {
+        const auto whole = bytesOf( _second );
+        advance( *_run, steps );
+        Archive archive;
+        _run->checkpoint( archive );
+        const auto write = [&]
+        { return writeCheckpoint( Communicator(), _folder, _input, archive ); };
+        for ( const auto bytes : { std::size_t( 0 ), whole.size() / 2 } )
+        {
+            const auto writeToFullDisk = [&]
+            {
+                const FileSizeLimit limit( bytes );
+                write();
+            };
+            EXPECT_THROW( writeToFullDisk(), IoError );
+            EXPECT_EQ( std::distance( fs::directory_iterator( _folder ), {} ),
+                       2 ); // and no draft
+            EXPECT_TRUE( bytesOf( _second ) == whole );
+            const auto newest =
+                readNewestCheckpoint( Communicator(), _folder, _input );
+            EXPECT_EQ( newest.file, _second );
+            EXPECT_TRUE( newest.complaints.empty() );
+        }
+        // The same once there is room.
+        EXPECT_EQ( write(),
+                   _folder / fmt::format( "{:08}.h5", _run->steps() ) );
+    }
 }
 
 TEST_F( File, onlyCheckpointsAreRemoved )

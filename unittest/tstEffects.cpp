@@ -283,8 +283,7 @@ const std::vector<Effect>& effects()
             "Machpoint::noteNear", "Machpoint::nearObstacle",
             "Machpoint::pushOut" },
           { "Machpoint::solidNodes", "Machpoint::nearObstacle",
-            "Machpoint::shape_solids", "Machpoint::shape_arcs",
-            "Machpoint::shape_vertices", "Machpoint::bodies",
+            "Machpoint::shape_solids", "Machpoint::bodies",
             "Machpoint::imageReach" } } };
     return list;
 }
@@ -305,7 +304,10 @@ TEST_P( OptionalEffect, costsNothingWhenAbsent )
         EXPECT_GT( present.kernels.count( label ), 0u ) << label;
     }
     for ( const auto& label : effect.memory )
+    {
         EXPECT_EQ( absent.allocations.count( label ), 0u ) << label;
+        EXPECT_GT( present.allocations.count( label ), 0u ) << label;
+    }
 
     auto rest = ours( without( present.kernels, effect.kernels ) );
     if ( effect.name == "gravity" )

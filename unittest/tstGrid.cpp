@@ -331,6 +331,8 @@ TEST( Placement, latticeSizes )
 
 TEST( Placement, latticeIsCentredAndJitterStaysInItsSubCell )
 {
+    Real widest = 0;
+    std::set<Real> draws;
     for ( int k = 0; k < 9; ++k )
     {
         const auto f = placeInCell<2>( Placement::lattice, 3, 1, 7, k );
@@ -338,8 +340,15 @@ TEST( Placement, latticeIsCentredAndJitterStaysInItsSubCell )
         EXPECT_REAL_EQ( f[1], ( k / 3 + 0.5 ) / 3 );
         const auto g = placeInCell<2>( Placement::jittered, 3, 1, 7, k );
         for ( int d = 0; d < 2; ++d )
-            EXPECT_LE( std::abs( g[d] - f[d] ), 0.5 / 3 );
+        {
+            const Real jitter = std::abs( g[d] - f[d] );
+            EXPECT_LE( jitter, 0.5 / 3 );
+            widest = std::max( widest, jitter );
+            draws.insert( g[d] - f[d] );
+        }
     }
+    EXPECT_GT( widest, 0.3 / 3 );
+    EXPECT_EQ( draws.size(), 18u );
 }
 
 // Mean 1/2 and variance 1/12 within five standard errors, every draw

@@ -30,8 +30,9 @@ class Saboteur : public Module<Dim>
         Parameters p( name, "breaks the gas", dimension );
         p.integer( "step", "in which" );
         p.number( "above", "time steps longer than this" ).defaultsTo( 0 );
-        p.choice( "fault", { "nan", "negative", "volume", "far", "end" },
-                  "how; end: it is for the module to say so" );
+        p.choice(
+            "fault", { "nan", "negative", "volume", "far", "end", "stop" },
+            "how; end: it is for the module to say so; stop: by no step" );
         p.boolean( "early", "before the step has ended" ).defaultsTo( false );
         p.boolean( "late", "after the step's check" ).defaultsTo( false );
         return p;
@@ -61,6 +62,12 @@ class Saboteur : public Module<Dim>
         act( state );
         if ( state.step == _step )
             removeParticle( state );
+    }
+    Real limitTimeStep( State<Dim>& state ) override
+    {
+        return _fault == "stop" && state.step == _step
+                   ? 1e-30_rt
+                   : Kokkos::Experimental::infinity_v<Real>;
     }
     //! What is late also removes a particle, so that others change their rows.
     bool isOpen() const override { return _late; }
@@ -170,6 +177,7 @@ TEST( Guard, repeatsWithHalfTheStep )
             EXPECT_EQ( run->retries(), 2 ) << method << fault;
             EXPECT_NEAR( run->timeStep(), dt / 4, tolerance( 1e-12 ) * dt )
                 << method << fault;
+            EXPECT_EQ( run->limiter(), "a repeated step" ) << method << fault;
             EXPECT_EQ( run->ledger().energy_in, 21 ) << method << fault;
 
             auto direct = simulate( sabotaged(
@@ -289,6 +297,28 @@ TEST( Guard, aModuleThatEndsTheRunTakesItsStepBack )
         }
 }
 
+// A step so short that the run would not end does end it, and names its cause.
+TEST( Guard, endsWhereTheStepVanishes )
+{
+    auto run = simulate( sabotaged( "apic", { { "fault", "stop" } } ) );
+    advance( *run, 20 );
+    const double time = run->time();
+    std::string text;
+    try
+    {
+        run->step( 1 );
+    }
+    catch ( const NumericalFailure& failure )
+    {
+        text = failure.what();
+    }
+    for ( const std::string part : { "the time step fell to 1e-30 at step 20",
+                                     "limited by saboteur", "look for" } )
+        EXPECT_NE( text.find( part ), std::string::npos ) << text;
+    EXPECT_EQ( run->time(), time );
+    EXPECT_EQ( run->steps(), 20 );
+}
+
 // What an output leaves of two steps is parted evenly: no step is of round-off,
 // and there are as many as before.
 TEST( Guard, noStepIsOfRoundOff )
@@ -297,6 +327,7 @@ TEST( Guard, noStepIsOfRoundOff )
     input["initial"][0]["velocity"] = { 1 };
     auto run = simulate( input );
     advance( *run, 20 ); // past the start
+    EXPECT_EQ( run->limiter(), "wave speed" );
     const double full = run->timeStep();
     for ( const double part : { 1e-13, 1e-6, 0.3, 0.9, 1 - 1e-13 } )
     {
@@ -307,6 +338,7 @@ TEST( Guard, noStepIsOfRoundOff )
             run->step( until );
             EXPECT_GT( run->timeStep(), 0.49 * full ) << part;
         }
+        EXPECT_EQ( run->limiter(), "output time" ) << part;
         EXPECT_EQ( run->time(), until );
         EXPECT_EQ( run->steps() - before, part < 1e-7 ? 3 : 4 ) << part;
     }

@@ -63,7 +63,7 @@ KOKKOS_FORCEINLINE_FUNCTION Number operate( const int which, const Number& a,
     case 3:
         return choose( a < b, one, zero );
     case 4:
-        return choose( a <= a, one, zero );
+        return choose( a <= b && a <= a, one, zero );
     case 5:
         return choose( b < a && zero < a, one, zero );
     case 6:

@@ -2,6 +2,7 @@
   \file tstMpiCheckpoint.cpp
   \brief Checkpoints of several ranks: each gets its own rows back.
 */
+#include "mpi_scratch.hpp"
 #include "rows.hpp"
 
 #include <core/checkpoint.hpp>
@@ -9,9 +10,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <numeric>
+#include <string>
+#include <vector>
 
 namespace fs = std::filesystem;
 using namespace Machpoint;
@@ -19,33 +21,9 @@ using namespace Machpoint;
 namespace
 {
 
-//! A folder that all ranks share, gone with the test.
-class MpiCheckpoint : public ::testing::Test
+class MpiCheckpoint : public ::Test::MpiScratch
 {
   protected:
-    void SetUp() override
-    {
-        try
-        {
-            requireHdf5( _ranks );
-        }
-        catch ( const IoError& error )
-        {
-            GTEST_SKIP() << error.what();
-        }
-        auto pattern =
-            ( fs::temp_directory_path() / "machpoint_XXXXXX" ).string();
-        if ( _ranks.isRoot() && ::mkdtemp( pattern.data() ) == nullptr )
-            _ranks.abort( 1 );
-        _scratch = _ranks.fromRoot( pattern );
-    }
-    void TearDown() override
-    {
-        _ranks.any( false ); // all have read what they wanted
-        if ( _ranks.isRoot() )
-            fs::remove_all( _scratch );
-    }
-
     //! Rank r has the rows before( r ) to before( r + 1 ); the first has none.
     static std::int64_t before( const int r ) { return r * ( r - 1 ) / 2 * 7; }
 
@@ -99,8 +77,6 @@ class MpiCheckpoint : public ::testing::Test
                                 archive );
     }
 
-    Communicator _ranks;
-    fs::path _scratch;
     Json _input = { { "scene", "test" } };
 };
 
@@ -171,22 +147,36 @@ TEST_F( MpiCheckpoint, otherNumbersOfRanksShareTheRows )
     EXPECT_EQ( _ranks.gatherAll( carried.id ), all );
 }
 
-// One byte in the rows of one rank is noticed by all.
+// One byte is noticed by all, be it of what they share or of the rows of one.
 TEST_F( MpiCheckpoint, damageIsAnErrorOnAllRanks )
 {
-    const auto file = write();
-    if ( _ranks.isRoot() )
+    std::vector<std::string> wholes = { "wave speed" };
+    if ( _ranks.size() > 1 ) // else there are no rows
     {
-        std::fstream stream( file,
-                             std::ios::in | std::ios::out | std::ios::binary );
-        const std::string bytes( std::istreambuf_iterator<char>( stream ), {} );
-        const auto place = bytes.find( "wave speed" );
-        ASSERT_NE( place, std::string::npos );
-        stream.seekp( static_cast<std::streamoff>( place ) );
-        stream.put( 'W' );
+        // The last rank's last row of x.
+        const auto row = static_cast<Real>( before( _ranks.size() ) - 1 );
+        const Real x[] = { Real( 0.5 ) * row, -row };
+        wholes.emplace_back( reinterpret_cast<const char*>( x ), sizeof( x ) );
     }
-    _ranks.any( false );
-    EXPECT_THROW( readCheckpoint( _ranks, file, _input ), IoError );
+    fs::path file;
+    for ( const auto& whole : wholes )
+    {
+        file = write();
+        if ( _ranks.isRoot() )
+        {
+            std::fstream stream( file, std::ios::in | std::ios::out |
+                                           std::ios::binary );
+            const std::string bytes( std::istreambuf_iterator<char>( stream ),
+                                     {} );
+            const auto place = bytes.find( whole );
+            EXPECT_NE( place, std::string::npos );
+            EXPECT_EQ( place, bytes.rfind( whole ) );
+            stream.seekp( static_cast<std::streamoff>( place ) );
+            stream.put( static_cast<char>( whole[0] ^ 1 ) );
+        }
+        _ranks.any( false );
+        EXPECT_THROW( readCheckpoint( _ranks, file, _input ), IoError );
+    }
     if ( _ranks.isRoot() )
         fs::resize_file( file, 1000 );
     _ranks.any( false );

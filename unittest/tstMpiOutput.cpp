@@ -3,6 +3,8 @@
   \brief What several ranks write together: blocks, compression, failures;
   and their errors.
 */
+#include "file_size_limit.hpp"
+#include "mpi_scratch.hpp"
 #include "tolerance.hpp"
 
 #include <core/hdf5_file.hpp>
@@ -12,8 +14,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <numeric>
@@ -21,42 +21,15 @@
 #include <string>
 #include <vector>
 
-#include <sys/resource.h>
-
 namespace fs = std::filesystem;
 using namespace Machpoint;
 
 namespace
 {
 
-//! A directory that all ranks share, gone with the test.
-class MpiOutput : public ::testing::Test
+class MpiOutput : public ::Test::MpiScratch
 {
   protected:
-    void SetUp() override
-    {
-        try
-        {
-            requireHdf5( _ranks );
-        }
-        catch ( const IoError& error )
-        {
-            GTEST_SKIP() << error.what();
-        }
-        auto pattern =
-            ( fs::temp_directory_path() / "machpoint_XXXXXX" ).string();
-        if ( _ranks.isRoot() && ::mkdtemp( pattern.data() ) == nullptr )
-            _ranks.abort( 1 );
-        _scratch = _ranks.fromRoot( pattern );
-    }
-
-    void TearDown() override
-    {
-        _ranks.any( false ); // all have read what they wanted
-        if ( _ranks.isRoot() )
-            fs::remove_all( _scratch );
-    }
-
     //! Every file below the directory, as all ranks see it now.
     std::set<std::string> tree() const
     {
@@ -87,9 +60,6 @@ class MpiOutput : public ::testing::Test
         EXPECT_EQ( message, _ranks.fromRoot( message ) );
         return message;
     }
-
-    Communicator _ranks;
-    fs::path _scratch;
 };
 
 //! Rows of a rank: the second has none, the others differ.
@@ -340,7 +310,6 @@ TEST_F( MpiOutput, ADirectoryThatCannotBeMadeIsAnErrorEverywhere )
 
 TEST_F( MpiOutput, AFullDiskIsAnErrorEverywhereAndLeavesNoTrace )
 {
-    // No file may grow further: for the code that writes, a full disk.
     const std::vector<double> values( 100000, 1.0 );
     std::size_t small = 0;
     const auto write = [&]
@@ -352,14 +321,12 @@ TEST_F( MpiOutput, AFullDiskIsAnErrorEverywhereAndLeavesNoTrace )
     for ( const auto bytes : { std::size_t( 0 ), small_file } )
     {
         small = bytes;
-        rlimit former;
-        ::getrlimit( RLIMIT_FSIZE, &former );
-        const auto handler = std::signal( SIGXFSZ, SIG_IGN );
-        const rlimit limit = { 5000, former.rlim_max };
-        ::setrlimit( RLIMIT_FSIZE, &limit );
-        const auto message = messageOf( write );
-        ::setrlimit( RLIMIT_FSIZE, &former );
-        std::signal( SIGXFSZ, handler );
+        const auto message = messageOf(
+            [&]
+            {
+                const ::Test::FileSizeLimit limit( 5000 );
+                write();
+            } );
         EXPECT_NE( message.find( "a.h5: cannot write the file: " +
                                  std::string( std::strerror( EFBIG ) ) ),
                    std::string::npos )

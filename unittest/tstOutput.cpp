@@ -2,12 +2,13 @@
   \file tstOutput.cpp
   \brief The output directory: layout, refusals, failures of the disk, XDMF.
 */
+#include "file_size_limit.hpp"
+
 #include <core/output.hpp>
 
 #include <gtest/gtest.h>
 
 #include <cerrno>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -20,7 +21,6 @@
 #include <type_traits>
 #include <vector>
 
-#include <sys/resource.h>
 #include <unistd.h>
 
 #ifdef MACHPOINT_ENABLE_HDF5
@@ -32,6 +32,7 @@ using Machpoint::Dataset;
 using Machpoint::FormerRun;
 using Machpoint::IoError;
 using Machpoint::OutputDirectory;
+using Test::FileSizeLimit;
 
 namespace
 {
@@ -449,31 +450,6 @@ TEST_F( Output, AnUnwritableDirectoryIsAnErrorBeforeTheRun )
 }
 
 //---------------------------------------------------------------------------//
-
-// No file may grow beyond `bytes`: for the code that writes it, what a full
-// disk is, without the rights that mounting a small one would need.
-class FileSizeLimit
-{
-  public:
-    explicit FileSizeLimit( rlim_t bytes )
-        : _handler( std::signal( SIGXFSZ, SIG_IGN ) )
-    {
-        ::getrlimit( RLIMIT_FSIZE, &_former );
-        const rlimit limit = { bytes, _former.rlim_max };
-        ::setrlimit( RLIMIT_FSIZE, &limit );
-    }
-    FileSizeLimit( const FileSizeLimit& ) = delete;
-    FileSizeLimit& operator=( const FileSizeLimit& ) = delete;
-    ~FileSizeLimit()
-    {
-        ::setrlimit( RLIMIT_FSIZE, &_former );
-        std::signal( SIGXFSZ, _handler );
-    }
-
-  private:
-    void ( *_handler )( int );
-    rlimit _former;
-};
 
 // Many outputs do not cost their number squared: the list of them is not
 // written anew for each, but complete in the end.

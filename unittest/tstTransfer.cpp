@@ -1,4 +1,5 @@
-// P2G and the node update: exactness on linear fields and conservation.
+// Between particles and nodes, and what nodes do: exactness on linear fields,
+// conservation, and each part of `conservative` by its equation.
 #include "scenes.hpp"
 
 #include <core/conservative/conduction.hpp>
@@ -6,6 +7,7 @@
 #include <core/conservative/gather.hpp>
 #include <core/conservative/mixing.hpp>
 #include <core/conservative/stability.hpp>
+#include <core/method_apic.hpp>
 #include <core/scene.hpp>
 #include <core/transfer.hpp>
 
@@ -198,6 +200,156 @@ TYPED_TEST( Transfer, affineMomentumReproducesLinearVelocity )
         }
     }
     EXPECT_GT( worst, 1e-3 );
+}
+
+//! Gives the nodes a linear field, columns 0 to Dim - 1, and half of it as the
+//! new one: `faster` times.
+template <int Dim>
+void setLinearNodes( const State<Dim>& state, const Real faster )
+{
+    const auto nodes = state.nodes.velocities;
+    const auto layout = state.layout;
+    Kokkos::parallel_for(
+        "linearNodes", Range( 0, layout.total ),
+        KOKKOS_LAMBDA( const int row ) {
+            const auto y = layout.position( layout.indices( row ) );
+            for ( int a = 0; a < Dim; ++a )
+            {
+                Real v = 1 + a;
+                for ( int b = 0; b < Dim; ++b )
+                    v += slope( a, b ) * y[b];
+                nodes( row, a ) = v;
+                nodes( row, Dim + a ) = faster * v;
+            }
+        } );
+}
+
+//! The particles after G2P of `apic`.
+template <class Basis, int Dim>
+HostParticles<Dim> afterApic( State<Dim>& state )
+{
+    state.particles.beginStep( true );
+    Impl::gridToParticlesApic<Basis, Dim>( state );
+    state.particles.endStep();
+    return state.particles.toHost();
+}
+
+// From nodes with a linear field, of which the particles had half, they get its
+// velocity and its slopes, each in its place, move with it, and expand by the
+// mean of both divergences; the work of the pressure is all that heats, as
+// nothing is lost.
+TYPED_TEST( Transfer, apicGathersLinearVelocity )
+{
+    constexpr int Dim = TypeParam::dimension;
+    using Basis = typename TypeParam::basis;
+    Box<Basis, Dim> box( "periodic" );
+    auto& state = box.scene.state;
+    setLinearField( state );
+    const Real faster = 1.25;
+    setLinearNodes( state, faster );
+    state.dt = 0.0625;
+    const auto old = state.particles.toHost();
+    const auto x = old.template slice<Position>();
+    const auto V = old.template slice<Volume>();
+    const auto m = old.template slice<Mass>();
+    const auto e = old.template slice<SpecificInternalEnergy>();
+    const auto now = afterApic<Basis>( state );
+    const auto new_x = now.template slice<Position>();
+    const auto new_v = now.template slice<Velocity>();
+    const auto new_C = now.template slice<VelocityGradient>();
+    const auto new_V = now.template slice<Volume>();
+    const auto new_e = now.template slice<SpecificInternalEnergy>();
+    Real trace = 0;
+    for ( int a = 0; a < Dim; ++a )
+        trace += slope( a, a );
+    const Real D = 0.5 * ( 1 + faster ) * trace;
+    for ( int p = 0; p < state.particles.size(); ++p )
+    {
+        for ( int a = 0; a < Dim; ++a )
+        {
+            Real v = 1 + a;
+            for ( int b = 0; b < Dim; ++b )
+                v += slope( a, b ) * x( p, b );
+            EXPECT_NEAR( new_v( p, a ), faster * v, tolerance( 1e-12 ) );
+            EXPECT_NEAR( new_x( p, a ), x( p, a ) + state.dt * faster * v,
+                         tolerance( 1e-12 ) );
+            // On hats C shrinks where its moment does, and heats.
+            for ( int b = 0; Basis::constant_moment && b < Dim; ++b )
+                EXPECT_NEAR( new_C( p, a, b ), faster * slope( a, b ),
+                             tolerance( 1e-11 ) );
+        }
+        EXPECT_NEAR( new_V( p ), V( p ) * std::exp( state.dt * D ),
+                     tolerance( 1e-12 ) * V( p ) );
+        if ( Basis::constant_moment )
+        {
+            EXPECT_NEAR( new_e( p ), e( p ) - state.dt * V( p ) / m( p ) * D,
+                         tolerance( 1e-11 ) );
+        }
+    }
+}
+
+// A particle of `apic` grows to four cells and no further.
+TYPED_TEST( Transfer, apicCapsVolumes )
+{
+    constexpr int Dim = TypeParam::dimension;
+    using Basis = typename TypeParam::basis;
+    Box<Basis, Dim> box( "periodic" );
+    auto& state = box.scene.state;
+    setLinearField( state );
+    setLinearNodes( state, 400 );
+    state.dt = 0.0625;
+    const auto now = afterApic<Basis>( state );
+    const auto volume = now.template slice<Volume>();
+    for ( int p = 0; p < state.particles.size(); ++p )
+        EXPECT_REAL_EQ( volume( p ), 4 * state.grid.cellVolume() );
+}
+
+//! Pressures of particles that all have this velocity gradient.
+template <int Dim>
+std::vector<Real> pressuresIn( const Real linear, const Real quadratic,
+                               const Real along_x, const Real along_y )
+{
+    auto input = Test::box( Dim, 5, 2, "apic", "quadratic", "periodic" );
+    input["physics"].push_back( { { "type", "artificial_viscosity" },
+                                  { "linear", linear },
+                                  { "quadratic", quadratic } } );
+    const auto resolved = resolveInput( input, "test" );
+    auto scene = makeScene<Dim>(
+        resolved, { Quadratic::centred, Quadratic::halo, 0, 0 } );
+    auto& state = scene.state;
+    auto host = state.particles.toHost();
+    const auto C = host.template slice<VelocityGradient>();
+    for ( int p = 0; p < state.particles.size(); ++p )
+    {
+        C( p, 0, 0 ) = along_x;
+        C( p, 1, 1 ) = along_y;
+        C( p, 0, 1 ) = 7; // shear is nothing to it
+    }
+    state.particles.fromHost( host );
+    for ( auto& active : scene.modules )
+        active.module->particleState( state );
+    return state.particles.template copyMember<Pressure>();
+}
+
+// q = rho h |D| (c1 c + c2 h |D|) of compressed gas, nothing elsewhere
+// (docs/method.md, section 6).
+TEST( ArtificialViscosity, addsVonNeumannsPressure )
+{
+    const Real rho = 1.4;
+    const Real sound = 1; // gamma p / rho
+    const Real h = 0.2;
+    for ( const auto& [c1, c2] : { std::pair( 0.5_rt, 1.0_rt ),
+                                   { 0.25_rt, 0.0_rt },
+                                   { 0.0_rt, 3.0_rt } } )
+        for ( const Real along_y : { -2.0_rt, 0.5_rt, 1.5_rt } )
+        {
+            const Real D = -1 + along_y;
+            const Real q =
+                D < 0 ? rho * h * -D * ( c1 * sound + c2 * h * -D ) : 0.0_rt;
+            for ( const Real p : pressuresIn<2>( c1, c2, -1, along_y ) )
+                EXPECT_NEAR( p, 1 + q, tolerance( 1e-13 ) )
+                    << c1 << ' ' << c2 << ' ' << D;
+        }
 }
 
 //! What a particle, or each of a pack, adds to nodes: some terms of its own.
@@ -740,6 +892,23 @@ TEST( WorkingGas, pressureFollowsTheIsentrope )
         gas.ahead = 0;
         EXPECT_NEAR( pressure( D ), p + q, tolerance( 1e-14 ) );
     }
+    // phi times q of compressed gas, and how much of a node's own velocity it
+    // keeps (docs/conservative.md).
+    Impl::WorkingGas viscous{ { true, 0.5, 3 }, {}, 0, 0.1, 20 };
+    for ( const Real D : { -3.0, -0.5, 0.5 } )
+    {
+        const Real phi = 0.7;
+        const Real squeezed = std::max( -D, Real( 0 ) );
+        EXPECT_NEAR( lane( viscous.viscous( Lanes( D ), Lanes( phi ),
+                                            Lanes( rho ), Lanes( sound ) ),
+                           0 ),
+                     rho * phi * 0.1 * squeezed *
+                         ( 0.5 * sound + 3 * 0.1 * squeezed ),
+                     tolerance( 1e-13 ) );
+        EXPECT_NEAR( viscous.blend( D, phi, sound ),
+                     20 * phi * 0.1 * squeezed / sound, tolerance( 1e-13 ) );
+    }
+    EXPECT_EQ( viscous.blend( -1.0_rt, 1.0_rt, 0.0_rt ), 0 );
     // Torn apart: nothing but the vacuum's -p_inf, and q.
     gas.ahead = time;
     EXPECT_NEAR( pressure( 900 ), -p_inf + q, tolerance( 1e-12 ) );

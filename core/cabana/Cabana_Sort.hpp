@@ -21,7 +21,10 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 namespace Cabana
 {
@@ -195,7 +198,13 @@ class KeyToBin
   private:
     KOKKOS_FORCEINLINE_FUNCTION double distance( const Key key ) const
     {
-        return static_cast<double>( key ) - static_cast<double>( _min );
+        // Large integers that differ may be the same double; their difference
+        // in unsigned ones is exact.
+        if constexpr ( std::is_integral_v<Key> )
+            return static_cast<double>( static_cast<std::uint64_t>( key ) -
+                                        static_cast<std::uint64_t>( _min ) );
+        else
+            return static_cast<double>( key ) - static_cast<double>( _min );
     }
 
     KeyView _keys;
@@ -259,6 +268,7 @@ auto sortByBin( const KeyView& keys, const int nbin, const std::size_t begin,
   \brief Turn sorted entries into binning data.
   \param entries In the order of their bins. \param begin First particle.
   \param bins Number of bins. \param bin_of Bin of an entry.
+  \throws std::length_error if a particle's number does not fit 32 bits.
 */
 template <class ExecutionSpace, class Entries, class BinOf>
 CABANA_LAUNCHES BinningData<typename Entries::memory_space>
@@ -268,6 +278,8 @@ makeBinningData( const Entries& entries, const std::size_t begin,
     using Binning = BinningData<typename Entries::memory_space>;
     using Range = Kokkos::RangePolicy<ExecutionSpace>;
     const std::size_t n = entries.extent( 0 );
+    if ( begin + n > std::numeric_limits<std::uint32_t>::max() )
+        throw std::length_error( "Cabana: too many particles to sort" );
     typename Binning::PermuteView order(
         Kokkos::view_alloc( "Cabana::permutation",
                             Kokkos::WithoutInitializing ),
@@ -442,8 +454,9 @@ template <Impl::AnyView KeyViewType,
           class ExecutionSpace = typename KeyViewType::execution_space>
 auto binByKey( KeyViewType keys, const int nbin )
 {
-    return binByKey<KeyViewType, ExecutionSpace>( keys, nbin, 0,
-                                                  keys.extent( 0 ) );
+    const std::size_t n = keys.extent( 0 );
+    return binByKey<KeyViewType, ExecutionSpace>( std::move( keys ), nbin, 0,
+                                                  n );
 }
 
 /*!
@@ -485,9 +498,9 @@ template <Impl::AnySlice SliceType,
 auto binByKey( SliceType slice, const int nbin, const std::size_t begin,
                const std::size_t end )
 {
-    const auto keys = Impl::copyOfKeys<ExecutionSpace>( slice );
-    return binByKey<std::remove_const_t<decltype( keys )>, ExecutionSpace>(
-        keys, nbin, begin, end );
+    auto keys = Impl::copyOfKeys<ExecutionSpace>( slice );
+    return binByKey<decltype( keys ), ExecutionSpace>( std::move( keys ), nbin,
+                                                       begin, end );
 }
 
 //! Order of all particles by bins of a member.
