@@ -181,6 +181,7 @@ auto named( const std::string& file, const Action& action )
     }
 }
 
+//! `run` and `check`, which have to have Kokkos.
 int execute( const Communicator& ranks, const CLI::App& app,
              const std::string& file, const std::vector<std::string>& overrides,
              const RunOptions& options, const bool is_dry )
@@ -194,21 +195,23 @@ int execute( const Communicator& ranks, const CLI::App& app,
     }
     if ( !ranks.isRoot() )
         return finished; // the root answers
-    if ( app.got_subcommand( "check" ) )
-    {
-        const Json input = loadInput( file, overrides );
-        for ( const auto& warning :
-              named( file, [&] { return findWarnings( input ); } ) )
-            fmt::print( stderr, "{}: warning: {}\n", file, warning );
-        fmt::print( "{}: ok\n", file );
-    }
-    else if ( app.got_subcommand( "list" ) )
+    const Json input = loadInput( file, overrides );
+    for ( const auto& warning :
+          named( file, [&] { return findWarnings( input ); } ) )
+        fmt::print( stderr, "{}: warning: {}\n", file, warning );
+    fmt::print( "{}: ok\n", file );
+    return finished;
+}
+
+//! `list`, `describe` and `schema`.
+void tell( const CLI::App& app, const std::string& name )
+{
+    if ( app.got_subcommand( "list" ) )
         listEntries( "" );
     else if ( app.got_subcommand( "describe" ) )
-        describeByName( file );
+        describeByName( name );
     else
         fmt::print( "{}\n", jsonSchema( inputParameters( 0 ) ).dump( 2 ) );
-    return finished;
 }
 
 //! Runs a study, whose runs are processes of their own: this one needs no
@@ -260,6 +263,25 @@ std::string faultOfThreads()
                               "not \"{}\"",
                               text ? "KOKKOS_NUM_THREADS" : "OMP_NUM_THREADS",
                               most, text ? text : std::to_string( count ) );
+}
+
+//! \return why there is no GPU to run on; empty: nothing is wrong
+std::string start( std::optional<KokkosSession>& kokkos )
+{
+    try
+    {
+        kokkos.emplace();
+        return "";
+    }
+    catch ( const std::exception& error )
+    {
+        if ( runs_on_host )
+            throw;
+        return fmt::format( "no GPU to run on: start this build where there is "
+                            "one with its driver, or configure with "
+                            "-DMachpoint_BACKEND=OPENMP ({})",
+                            error.what() );
+    }
 }
 
 //! Ends a rank upon a failure that the others may not have met: they would wait
@@ -398,9 +420,16 @@ int runCommandLine( int argc, char** argv )
             return failAlone( ranks, fault, wrong_input );
         if ( study_command.parsed() )
             return study( ranks, file, study_options );
-        const KokkosSession kokkos;
-        const int code =
-            execute( ranks, app, file, overrides, options, is_dry );
+        std::optional<KokkosSession> kokkos;
+        int code = finished;
+        if ( app.got_subcommand( "run" ) || app.got_subcommand( "check" ) )
+        {
+            if ( const auto fault = start( kokkos ); !fault.empty() )
+                return failAlone( ranks, fault, wrong_input );
+            code = execute( ranks, app, file, overrides, options, is_dry );
+        }
+        else if ( ranks.isRoot() )
+            tell( app, file );
         if ( std::fflush( stdout ) != 0 )
             return io_failure;
         return code;

@@ -12,13 +12,17 @@ import os
 import pathlib
 import sys
 import tempfile
+import types
 import unittest
+
+import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent /
                        "benchmarks" / "hard_cases"))
 
 import draws
 import gas
+import planes
 import stable_cfl
 import suite
 
@@ -107,6 +111,23 @@ class Suite(unittest.TestCase):
         self.assertGreater(max(densities) / min(densities), 10**5.8)
         vacuum = sum(draws.is_vacuum_forming(*p) for p in problems)
         self.assertTrue(100 < vacuum < 900, vacuum)
+
+    def test_a_blast_is_held_against_its_diagonals(self):
+        """A shock at .75 + .01 cos 4 phi reaches as far along x as along y."""
+        r, phi = numpy.meshgrid(numpy.arange(0.0005, 1, 0.001),
+                                numpy.linspace(0, 2 * numpy.pi, 800, False))
+        r, phi = r.ravel(), phi.ravel()
+        inside = r < 0.75 + 0.01 * numpy.cos(4 * phi)
+        data = {"position": numpy.transpose([r * numpy.cos(phi),
+                                             r * numpy.sin(phi)]),
+                "density": numpy.where(inside & (r > 0.6), 6.0, 1.0),
+                "mass": numpy.ones(r.size)}
+        run = types.SimpleNamespace(
+            input={"initial": [{"type": "blast", "center": [0, 0]}],
+                   "particles": {"per_cell": 4}},
+            summary={"cells": [100, 100]}, read=lambda *_: dict(data))
+        found = planes.sedov([run])["anisotropy, 100², 4 per cell"]
+        self.assertAlmostEqual(found, 0.02, delta=2e-3)
 
     def test_theory(self):
         """Tabulated values: NACA report 1135; Toro 2009, table 4.1."""

@@ -75,6 +75,20 @@ void numberSidecar( Sidecar<Members>& sidecar, const int n )
         KOKKOS_LAMBDA( const int p ) { label( p ) = p; } );
 }
 
+//! A new state that nobody wants.
+void spoilNext( Particles<2>& particles, Sidecar<Label>& sidecar )
+{
+    const auto L = particles.next<VelocityGradient>().slice;
+    const auto label = Cabana::slice<0>( sidecar.next() );
+    Kokkos::parallel_for(
+        "spoilNext", Range( 0, particles.size() ),
+        KOKKOS_LAMBDA( const int p ) {
+            label( p ) = -7;
+            for ( int c = 0; c < 4; ++c )
+                L( p, c / 2, c % 2 ) = -7;
+        } );
+}
+
 //! Member M of a sidecar, whole numbers.
 template <std::size_t M, class Members>
 std::vector<std::int64_t> labels( Sidecar<Members>& sidecar )
@@ -304,6 +318,29 @@ TEST( Particles, restoringGivesBackMassesAndIds )
         ASSERT_EQ( list.size(), 100u );
         for ( int p = 0; p < n; ++p )
             EXPECT_EQ( list[p], p );
+    }
+}
+
+// So do what kernels have written beside the old state, whether the step that
+// is taken back has ended or not, and what it was to change with it.
+TEST( Particles, restoringGivesBackTheOldState )
+{
+    for ( const bool has_ended : { false, true } )
+    {
+        Particles<2> particles;
+        auto& sidecar =
+            particles.addSidecar<Label>( "labels", DuringStep::changes );
+        const int n = 100;
+        number( particles, sidecar, n );
+        particles.beginStep( true );
+        spoilNext( particles, sidecar );
+        if ( has_ended )
+            particles.endStep();
+        particles.restore();
+        const auto list = ids( particles, sidecar ); // of labels and gradients
+        ASSERT_EQ( list.size(), 100u );
+        for ( int p = 0; p < n; ++p )
+            EXPECT_EQ( list[p], p ) << has_ended;
     }
 }
 
