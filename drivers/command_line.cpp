@@ -204,7 +204,7 @@ int execute( const Communicator& ranks, const CLI::App& app,
 }
 
 //! `list`, `describe` and `schema`.
-void tell( const CLI::App& app, const std::string& name )
+void answer( const CLI::App& app, const std::string& name )
 {
     if ( app.got_subcommand( "list" ) )
         listEntries( "" );
@@ -266,7 +266,7 @@ std::string faultOfThreads()
 }
 
 //! \return why there is no GPU to run on; empty: nothing is wrong
-std::string start( std::optional<KokkosSession>& kokkos )
+std::string startKokkos( std::optional<KokkosSession>& kokkos )
 {
     try
     {
@@ -424,12 +424,12 @@ int runCommandLine( int argc, char** argv )
         int code = finished;
         if ( app.got_subcommand( "run" ) || app.got_subcommand( "check" ) )
         {
-            if ( const auto fault = start( kokkos ); !fault.empty() )
+            if ( const auto fault = startKokkos( kokkos ); !fault.empty() )
                 return failAlone( ranks, fault, wrong_input );
             code = execute( ranks, app, file, overrides, options, is_dry );
         }
         else if ( ranks.isRoot() )
-            tell( app, file );
+            answer( app, file );
         if ( std::fflush( stdout ) != 0 )
             return io_failure;
         return code;
