@@ -1,12 +1,13 @@
 # Finds Kokkos and checks it against Machpoint_BACKEND. Alone in this file
 # because tools/setup makes the same check before it builds a Kokkos.
 
-# Ends with a message. What CMake has found would be found again, whatever
+# Ends with the words. What CMake has found would be found again, whatever
 # Kokkos_ROOT says by then.
-macro(machpoint_refuse_kokkos)
+function(machpoint_refuse_kokkos)
   unset(Kokkos_DIR CACHE)
-  message(FATAL_ERROR ${ARGN})
-endmacro()
+  string(JOIN "" words ${ARGN})
+  message(FATAL_ERROR "${words}")
+endfunction()
 
 # No version here: Kokkos' own version file accepts one major at a time.
 find_package(Kokkos QUIET)
@@ -38,9 +39,10 @@ if(Machpoint_BACKEND AND NOT Machpoint_BACKEND MATCHES "^(CUDA|OPENMP|SERIAL)$")
 endif()
 if(Machpoint_BACKEND AND NOT Machpoint_BACKEND IN_LIST Kokkos_DEVICES)
   string(TOLOWER "${Machpoint_BACKEND}" preset)
+  string(JOIN ", " offered ${Kokkos_DEVICES})
   machpoint_refuse_kokkos(
     "Machpoint_BACKEND is ${Machpoint_BACKEND}, but the Kokkos in "
-    "${Kokkos_DIR} offers ${Kokkos_DEVICES}. Run `tools/setup --preset "
+    "${Kokkos_DIR} offers ${offered}. Run `tools/setup --preset "
     "${preset}`, or pass -D Kokkos_ROOT=PREFIX of one that was built "
     "with Kokkos_ENABLE_${Machpoint_BACKEND}=ON.")
 endif()

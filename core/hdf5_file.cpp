@@ -309,11 +309,20 @@ std::size_t sizeOnDisk( const std::vector<Dataset>& datasets )
     return size;
 }
 
+//! How files are made: in the format of HDF5 1.8, which has checksums of HDF5's
+//! own books. Of older ones it believes whatever a damaged byte says.
+Handle fileAccess()
+{
+    const auto access = H5Pcreate( H5P_FILE_ACCESS );
+    H5Pset_libver_bounds( access, H5F_LIBVER_V18, H5F_LIBVER_V18 );
+    return { access, H5Pclose };
+}
+
 // HDF5 builds a small file in memory, and writeFile puts that on the disk.
 void writeImage( const fs::path& target, const std::vector<Dataset>& attributes,
                  const std::vector<Dataset>& datasets, const int compression )
 {
-    const Handle access( H5Pcreate( H5P_FILE_ACCESS ), H5Pclose );
+    const auto access = fileAccess();
     H5Pset_fapl_core( access, sizeOnDisk( datasets ), false );
     Writer writer( 1, true, target, access, target, compression );
     for ( const auto& item : attributes )
@@ -421,7 +430,7 @@ void writeLarge( const Communicator& ranks, const fs::path& target,
     try
     {
         together( ranks, [&] { requireReachable( target ); } );
-        const Handle access( H5Pcreate( H5P_FILE_ACCESS ), H5Pclose );
+        const auto access = fileAccess();
 #ifdef H5_HAVE_PARALLEL
         if ( ranks.size() > 1 )
             H5Pset_fapl_mpio( access, ranks.handle(), MPI_INFO_NULL );

@@ -187,13 +187,10 @@ Json communication( const Communicator& ranks, const Traffic& own )
         return Json{ { "sum", std::llround( sums[times + k] ) },
                      { "largest", std::llround( largest[times + k] ) } };
     };
-    return { { "gpu_aware", mpiIsGpuAware() },
-             { "halo_bytes", count( 0 ) },
-             { "halo_messages", count( 1 ) },
-             { "migrated_particles", count( 2 ) },
-             { "migrated_bytes", count( 3 ) },
-             { "collectives", own.collectives },
-             { "seconds", seconds } };
+    return {
+        { "halo_bytes", count( 0 ) },         { "halo_messages", count( 1 ) },
+        { "migrated_particles", count( 2 ) }, { "migrated_bytes", count( 3 ) },
+        { "collectives", own.collectives },   { "seconds", seconds } };
 }
 
 //! The same for the end table: seconds of the slowest rank.
@@ -278,7 +275,11 @@ Json makeSummary( Simulation& simulation, const Json& input,
         json["phases"].push_back( { { "name", e.name },
                                     { "calls", e.calls },
                                     { "seconds", e.seconds } } );
-    json["communication"] = communication( ranks, facts.traffic );
+    auto& sent = json["communication"];
+    sent = communication( ranks, facts.traffic );
+    sent["gpu_aware"] = mpiIsGpuAware();
+    sent["after_first_step"] =
+        communication( ranks, facts.traffic - facts.first_step_traffic );
     json["error_estimate"] = nullptr;
     json["price"] = makePrice( json, facts.process_seconds );
     json["input"] = input;

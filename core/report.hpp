@@ -52,6 +52,7 @@ struct RunFacts
     double process_seconds = 0;    //!< of these, since the last restart
     double first_step_seconds = 0; //!< of this process
     Traffic traffic;               //!< this rank's
+    Traffic first_step_traffic;    //!< of this, until the first step's end
     std::vector<FieldError> errors;
 };
 

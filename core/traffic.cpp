@@ -22,6 +22,19 @@ Activity change( const Activity next )
 
 } // namespace
 
+Traffic Traffic::operator-( const Traffic& before ) const
+{
+    Traffic rest = *this;
+    rest.halo_bytes -= before.halo_bytes;
+    rest.halo_messages -= before.halo_messages;
+    rest.migrated_particles -= before.migrated_particles;
+    rest.migrated_bytes -= before.migrated_bytes;
+    rest.collectives -= before.collectives;
+    for ( std::size_t k = 0; k < seconds.size(); ++k )
+        rest.seconds[k] -= before.seconds[k];
+    return rest;
+}
+
 Traffic& Traffic::own()
 {
     return current == Activity::output ? aside : traffic;

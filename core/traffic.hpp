@@ -45,6 +45,9 @@ struct Traffic
     std::int64_t collectives = 0;
     std::array<double, activity_names.size()> seconds{};
 
+    //! What of this came after `before`.
+    Traffic operator-( const Traffic& before ) const;
+
     //! This rank's, to add to; during an output another one, soon forgotten.
     static Traffic& own();
     //! Forgets all; from now on the rank computes.

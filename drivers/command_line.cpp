@@ -265,7 +265,7 @@ std::string faultOfThreads()
                               most, text ? text : std::to_string( count ) );
 }
 
-//! \return why there is no GPU to run on; empty: nothing is wrong
+//! \return why Kokkos starts on no GPU; empty: nothing is wrong
 std::string startKokkos( std::optional<KokkosSession>& kokkos )
 {
     try
@@ -273,13 +273,13 @@ std::string startKokkos( std::optional<KokkosSession>& kokkos )
         kokkos.emplace();
         return "";
     }
-    catch ( const std::exception& error )
+    catch ( const std::runtime_error& error ) // of CUDA, not of memory
     {
         if ( runs_on_host )
             throw;
-        return fmt::format( "no GPU to run on: start this build where there is "
-                            "one with its driver, or configure with "
-                            "-DMachpoint_BACKEND=OPENMP ({})",
+        return fmt::format( "cannot start on a GPU: {}; start this build where "
+                            "one is free, or configure with "
+                            "-DMachpoint_BACKEND=OPENMP",
                             error.what() );
     }
 }

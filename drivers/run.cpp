@@ -398,7 +398,10 @@ ExitCode run( const Json& input, const RunOptions& options )
             const double next = outputs.next();
             simulation->step( next );
             if ( facts.first_step_seconds == 0 )
+            {
                 facts.first_step_seconds = timer.seconds();
+                facts.first_step_traffic = Traffic::upToNow();
+            }
             progress.count( simulation->particles() );
             progress.show( *simulation, false );
             if ( simulation->time() >= next )

@@ -37,7 +37,7 @@ alone() {
     mkdir -p "$root/build"
     (
         flock -n 8 || { say "waiting for another build" && flock 8; }
-        "$@"
+        "$@" 8>&- # what stays behind does not keep the lock
     ) 8>"$root/build/lock"
 }
 

@@ -339,21 +339,24 @@ TEST( Cabana, BinByKeyThenPermuteSorts )
     EXPECT_EQ( seen.size(), std::size_t( n ) );
 }
 
-// Large whole numbers that are the same as doubles: 40 in two parts, and the
-// largest apart.
-TEST( Cabana, BinByKeyTellsLargeKeysApart )
+// Of whole numbers so large that some are the same as doubles each has one of
+// the bins, whichever.
+TEST( Cabana, BinByKeyKeepsLargeKeysWithinItsBins )
 {
+    const int n = 101;
+    const int nbin = 300;
     const auto key = []( const int p )
+    { return ( std::int64_t( 1 ) << 62 ) + 5 * p; };
+    const auto bins =
+        binsOf( Cabana::binByKey( makeKeys<std::int64_t>( n, key ), nbin ) );
+    ASSERT_EQ( bins.size(), std::size_t( nbin + 1 ) );
+    int before = 0;
+    for ( const auto& [size, offset] : bins )
     {
-        return ( std::int64_t( 1 ) << 62 ) + ( p == 0   ? 0
-                                               : p == 1 ? 3
-                                               : p == 2 ? 40
-                                                        : 7 );
-    };
-    const auto binning =
-        Cabana::binByKey( makeKeys<std::int64_t>( 4, key ), 2 );
-    EXPECT_EQ( binsOf( binning ), ( std::vector<std::pair<int, int>>{
-                                      { 3, 0 }, { 0, 3 }, { 1, 3 } } ) );
+        EXPECT_EQ( offset, before );
+        before += size;
+    }
+    EXPECT_EQ( before, n );
 }
 
 TEST( Cabana, PermuteLeavesParticlesOutsideTheRange )

@@ -124,6 +124,8 @@ def main():
                         help="small scenes, two repeats: does it work?")
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
+    if arguments.steps is not None and arguments.steps < 2:
+        parser.error("--steps: the first one is not counted, so 2 at least")
     if arguments.docs and (arguments.fast or arguments.topic):
         parser.error("--docs is of all topics at full size")
     repeats = arguments.repeats or (2 if arguments.fast else 5)

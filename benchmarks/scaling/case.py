@@ -12,7 +12,6 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
-COUNTS = ["halo_bytes", "halo_messages", "migrated_particles", "migrated_bytes"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -111,23 +110,8 @@ class Bench:
             return self._measure(case, scratch)
 
     def _measure(self, case, scratch):
-        # The first step is not like the others: memory is new, and ranks have
-        # not met yet.
-        first = self._totals(dataclasses.replace(case, steps=1), scratch)
-        whole = first and self._totals(case, scratch)
-        if not whole:
-            return None
-        figures = [per_step(*totals) for totals in zip(first, whole)]
-        # Copies share the machine: the last one ends the measurement.
-        slowest = max(figures, key=lambda f: f["step"])
-        slowest["updates"] = sum(f["updates"] for f in figures)
-        return slowest
-
-    def _totals(self, case, scratch):
-        """Sums over a run, of each of its copies; None if the build lacks the
-        case."""
         started = [self._start(case, k, scratch) for k in range(case.copies)]
-        totals = []
+        figures = []
         for directory, process in started:
             text = process.communicate()[0]
             if process.returncode == 2 and "this build" in text:
@@ -139,42 +123,38 @@ class Bench:
                     f"exit code {process.returncode}: "
                     f"{self.commands[case.name]}\n{text}")
             else:
-                totals.append(read(directory))
+                figures.append(read(directory))
             shutil.rmtree(directory, ignore_errors=True)
-        return None if case.name in self.lacking else totals
+        if case.name in self.lacking:
+            return None
+        # Copies share the machine: the last one ends the measurement.
+        slowest = max(figures, key=lambda f: f["step"])
+        slowest["updates"] = sum(f["updates"] for f in figures)
+        return slowest
 
 
 def read(directory):
-    """What summary.json tells of a run: seconds of each activity are the mean
-    over ranks, so that they sum to the run's."""
+    """What summary.json tells, per step: seconds of each activity are the mean
+    over ranks, so that they sum to the step's. Not of the first step: memory is
+    new then."""
     summary = json.loads((directory / "summary.json").read_text())
-    told = summary["communication"]
-    return {
-        "steps": summary["steps"],
-        "particles": summary["particles_initial"],
-        "seconds": {name: told["seconds"][name]["sum"] / summary["ranks"]
-                    for name in ACTIVITIES},
-        "slowest_compute": told["seconds"]["compute"]["largest"],
-        "output": told["seconds"]["output"]["largest"],
-        "collectives": told["collectives"],
-        **{name: told[name]["largest"] for name in COUNTS},
-    }
-
-
-def per_step(first, whole):
-    """A step's figures, from the sums over one step and over a whole run."""
-    steps = whole["steps"] - first["steps"]
-    seconds = {name: (whole["seconds"][name] - first["seconds"][name]) / steps
+    steps, ranks = summary["steps"] - 1, summary["ranks"]
+    told = summary["communication"]["after_first_step"]
+    seconds = {name: told["seconds"][name]["sum"] / ranks / steps
                for name in ACTIVITIES}
     step = sum(seconds.values())
+    counts = {name: told[name]["largest"] / steps
+              for name in ["halo_bytes", "halo_messages",
+                           "migrated_particles", "migrated_bytes"]}
     return {
         "step": step,
-        "updates": whole["particles"] / step,
+        "updates": summary["particles_initial"] / step,
         "seconds": seconds,
-        "output": whole["output"],
-        "particles": whole["particles"],
-        **{name: (whole[name] - first[name]) / steps
-           for name in ["slowest_compute", "collectives", *COUNTS]},
+        "slowest_compute": told["seconds"]["compute"]["largest"] / steps,
+        "output": told["seconds"]["output"]["largest"],
+        "collectives": told["collectives"] / steps,
+        "particles": summary["particles_initial"],
+        **counts,
     }
 
 

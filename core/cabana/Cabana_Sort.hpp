@@ -159,7 +159,8 @@ KOKKOS_FORCEINLINE_FUNCTION std::uint64_t orderedBits( const Key key )
 }
 
 /*!
-  \brief Kokkos' and Cabana's rule from key to bin: the range from the smallest
+  \brief Kokkos' and Cabana's rule from key to bin, without their rounding of
+  whole numbers: the range from the smallest
   to the largest key is cut into nbin equal parts, and the largest key alone
   has one more bin. Whole numbers with a range up to nbin have bins of their
   own: bin = key - smallest key.
