@@ -173,11 +173,12 @@ def write(topics, results, kept, bench, memory, fits, repeats):
                        cores=os.cpu_count(), repeats=repeats)
     text += """
 A step's time, the first step apart, is split into what a rank does
-(`communication.after_first_step` of [summary.json](output.md#summaryjson), mean over ranks): `compute`, `halo` (layers
-of nodes packed, handed to MPI and taken up), `halo_wait` (until a neighbour's are
-here), `migration` of particles (with its own wait) and `collectives` (sums over
-ranks, and the wait for the last of them). Where loads differ the waits are those of
-the ranks with less to do: `slowest/mean` is the largest compute time over the mean.
+(`communication.after_first_step` of [summary.json](output.md#summaryjson), mean over
+ranks): `compute`, `halo` (layers of nodes packed, handed to MPI and taken up),
+`halo_wait` (until a neighbour's are here), `migration` of particles (with its own
+wait) and `collectives` (sums over ranks, and the wait for the last of them). Where
+loads differ the waits are those of the ranks with less to do: `slowest/mean` is the
+largest compute time over the mean.
 
 ## What the machine allows
 
