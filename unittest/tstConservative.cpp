@@ -699,8 +699,8 @@ TEST( Splitting, keepsToTheMassFloor )
     }
 }
 
-//! 1D particles, two in a half-cell, of two gases that take turns. \return what
-//! is left of 32 by some looks for pairs
+//! Masses of 1D particles, of two gases that take turns, after some looks for
+//! pairs. \param per_cell twice as many as there are in a half-cell
 std::vector<Real> massesAfterMerging( const Real slip, const Real pressure,
                                       const int per_cell, const int looks )
 {

@@ -98,7 +98,7 @@ TEST_P( UniformFlow, isTranslatedExactly )
             }
             EXPECT_NEAR(
                 run->extrema().max_mach, open ? 3 : 3 * std::sqrt( 2.0 ),
-                open && GetParam() == "apic" ? 0.2 : tolerance( 1e-8 ) );
+                open && GetParam() == "apic" ? 0.06 : tolerance( 1e-8 ) );
             // Ids are unique, also of those that entered.
             const std::set<std::int64_t> ids( data.id.begin(), data.id.end() );
             EXPECT_EQ( ids.size(), data.id.size() );

@@ -88,7 +88,17 @@ KOKKOS_INLINE_FUNCTION Real slope( const int a, const int b )
     return 0.25 * a - 0.625 * b + 0.5; // as a float, too
 }
 
-//! Gives the particles the field v_a = 1 + a + sum_b slope( a, b ) x_b.
+//! The linear field, v_a = 1 + a + sum_b slope( a, b ) x_b.
+template <int Dim>
+KOKKOS_INLINE_FUNCTION Real linearField( const int a, const Vector<Dim>& x )
+{
+    Real v = 1 + a;
+    for ( int b = 0; b < Dim; ++b )
+        v += slope( a, b ) * x[b];
+    return v;
+}
+
+//! Gives the particles the linear field.
 template <int Dim>
 void setLinearField( const State<Dim>& state )
 {
@@ -100,12 +110,9 @@ void setLinearField( const State<Dim>& state )
         KOKKOS_LAMBDA( const int p ) {
             for ( int a = 0; a < Dim; ++a )
             {
-                v( p, a ) = 1 + a;
+                v( p, a ) = linearField<Dim>( a, loadVector<Dim>( x, p ) );
                 for ( int b = 0; b < Dim; ++b )
-                {
                     C( p, a, b ) = slope( a, b );
-                    v( p, a ) += slope( a, b ) * x( p, b );
-                }
             }
         } );
 }
@@ -192,9 +199,7 @@ TYPED_TEST( Transfer, affineMomentumReproducesLinearVelocity )
         const auto y = state.layout.position( state.layout.indices( row ) );
         for ( int a = 0; a < Dim; ++a )
         {
-            Real exact = 1 + a;
-            for ( int b = 0; b < Dim; ++b )
-                exact += slope( a, b ) * y[b];
+            const Real exact = linearField<Dim>( a, y );
             EXPECT_NEAR( affine( row, a ), exact, tolerance( 1e-12 ) );
             worst = std::max( worst, std::abs( plain( row, a ) - exact ) );
         }
@@ -202,8 +207,7 @@ TYPED_TEST( Transfer, affineMomentumReproducesLinearVelocity )
     EXPECT_GT( worst, 1e-3 );
 }
 
-//! Gives the nodes a linear field, columns 0 to Dim - 1, and half of it as the
-//! new one: `faster` times.
+//! Gives the nodes the linear field, and `faster` times it as the new velocity.
 template <int Dim>
 void setLinearNodes( const State<Dim>& state, const Real faster )
 {
@@ -215,9 +219,7 @@ void setLinearNodes( const State<Dim>& state, const Real faster )
             const auto y = layout.position( layout.indices( row ) );
             for ( int a = 0; a < Dim; ++a )
             {
-                Real v = 1 + a;
-                for ( int b = 0; b < Dim; ++b )
-                    v += slope( a, b ) * y[b];
+                const Real v = linearField<Dim>( a, y );
                 nodes( row, a ) = v;
                 nodes( row, Dim + a ) = faster * v;
             }
@@ -234,10 +236,10 @@ HostParticles<Dim> afterApic( State<Dim>& state )
     return state.particles.toHost();
 }
 
-// From nodes with a linear field, of which the particles had half, they get its
-// velocity and its slopes, each in its place, move with it, and expand by the
-// mean of both divergences; the work of the pressure is all that heats, as
-// nothing is lost.
+// From nodes whose linear field, which was the particles' own, has grown, these
+// get the new velocity and slopes, each in its place, move with it, and expand
+// by the mean of both divergences; the work of the pressure is all that heats,
+// as nothing is lost.
 TYPED_TEST( Transfer, apicGathersLinearVelocity )
 {
     constexpr int Dim = TypeParam::dimension;
@@ -267,9 +269,7 @@ TYPED_TEST( Transfer, apicGathersLinearVelocity )
     {
         for ( int a = 0; a < Dim; ++a )
         {
-            Real v = 1 + a;
-            for ( int b = 0; b < Dim; ++b )
-                v += slope( a, b ) * x( p, b );
+            const Real v = linearField<Dim>( a, loadVector<Dim>( x, p ) );
             EXPECT_NEAR( new_v( p, a ), faster * v, tolerance( 1e-12 ) );
             EXPECT_NEAR( new_x( p, a ), x( p, a ) + state.dt * faster * v,
                          tolerance( 1e-12 ) );
@@ -332,7 +332,7 @@ std::vector<Real> pressuresIn( const Real linear, const Real quadratic,
 }
 
 // q = rho h |D| (c1 c + c2 h |D|) of compressed gas, nothing elsewhere
-// (docs/method.md, section 6).
+// (docs/method.md, section 7).
 TEST( ArtificialViscosity, addsVonNeumannsPressure )
 {
     const Real rho = 1.4;
