@@ -814,6 +814,25 @@ class NohExact : public ExactSolution
   private:
     NohSolution _noh;
 };
+
+//! A shock within its width.
+class ViscousShockExact : public ExactSolution
+{
+  public:
+    explicit ViscousShockExact( const Json& input )
+        : _shock(
+              makeViscousShock( topOfType( input, "viscous_shock" ), input ) )
+    {
+    }
+
+    GasState state( const Vector3& x, double t ) const override
+    {
+        return _shock.state( x, t );
+    }
+
+  private:
+    ViscousShock _shock;
+};
 } // namespace
 
 AcousticWave makeAcousticWave( const Json& initial, const GasLaw& law )
@@ -837,6 +856,35 @@ NohSolution makeNoh( const Json& initial, const GasLaw& law )
              initial.at( "pressure" ),          law.gamma };
 }
 
+ViscousShock makeViscousShock( const Json& initial, const Json& resolved_input )
+{
+    const GasLaw law = gasLaw( resolved_input );
+    double viscosity = 0, conductivity = 0;
+    for ( const Json& effect : resolved_input.at( "physics" ) )
+        if ( effect.at( "type" ) == "viscosity" )
+            viscosity += 4 * effect.at( "shear" ).get<double>() / 3 +
+                         effect.at( "bulk" ).get<double>();
+        else if ( effect.at( "type" ) == "heat_conduction" )
+            conductivity += effect.at( "conductivity" ).get<double>();
+    if ( !( viscosity > 0 ) )
+        throw std::invalid_argument(
+            "/physics: a viscous_shock needs an effect of the type viscosity" );
+    const double due = law.gamma * viscosity;
+    if ( std::abs( conductivity - due ) > 1e-6 * due )
+        throw std::invalid_argument( fmt::format(
+            "/physics: a viscous_shock needs heat_conduction with a "
+            "conductivity of gamma (4/3 shear + bulk) = {:.8g}, and here it is "
+            "{:g}",
+            due, conductivity ) );
+    return { toGasState( initial ),
+             unitNormal( initial ),
+             initial.at( "position" ),
+             initial.at( "mach" ),
+             viscosity,
+             law.gamma,
+             law.pressure_offset };
+}
+
 std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
 {
     if ( !resolved_input.contains( "exact" ) )
@@ -858,6 +906,8 @@ std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
             return std::make_unique<SedovExact>( resolved_input );
         if ( type == "noh" )
             return std::make_unique<NohExact>( resolved_input );
+        if ( type == "viscous_shock" )
+            return std::make_unique<ViscousShockExact>( resolved_input );
         if ( type == "riemann" )
             return std::make_unique<RiemannExact>( initial( "riemann" ), law );
         if ( type == "uniform" )
@@ -924,6 +974,9 @@ Family exactFamily()
             "noh", "the noh of /initial: shock and infalling gas", dimension );
         solutions.emplace_back(
             "sedov", "the blast of /initial from a point, in cold uniform gas",
+            dimension );
+        solutions.emplace_back(
+            "viscous_shock", "the viscous_shock of /initial, in infinite space",
             dimension );
         return solutions;
     };

@@ -6,6 +6,7 @@
 #define MACHPOINT_EXACT_HPP
 
 #include <core/gas_state.hpp>
+#include <core/viscous_shock.hpp>
 
 #include <array>
 #include <memory>
@@ -252,6 +253,9 @@ class NohSolution
 AcousticWave makeAcousticWave( const Json& initial, const GasLaw& law );
 IsentropicVortex makeIsentropicVortex( const Json& initial, const GasLaw& law );
 NohSolution makeNoh( const Json& initial, const GasLaw& law );
+//! \param resolved_input whose gas and effects it needs
+ViscousShock makeViscousShock( const Json& initial,
+                               const Json& resolved_input );
 //!@}
 
 //! An exact solution in space and time.
@@ -285,7 +289,8 @@ class ExactSolution
     and through the sides that are periodic;
   - `noh`: the first `noh` of `initial`, in infinite space;
   - `sedov`: the first `blast` of `initial`, set free at a point of uniform gas
-    without pressure; outside the shock that gas as it is.
+    without pressure; outside the shock that gas as it is;
+  - `viscous_shock`: the first one of `initial`, in infinite space.
 
   \param resolved_input A whole input, checked, with its defaults filled in.
   \return Null if the input has no `exact`.

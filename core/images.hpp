@@ -90,6 +90,22 @@ struct Mirror
     }
 };
 
+//! R C R, row by row: the affine matrix as a mirror shows it.
+template <int Dim>
+KOKKOS_FORCEINLINE_FUNCTION void mirrorAffine( const Mirror<Dim>& mirror,
+                                               Vector<Dim> ( &rows )[Dim] )
+{
+    for ( int a = 0; a < Dim; ++a )
+        rows[a] = mirror.direction( rows[a] ); // C R
+    Vector<Dim> along{};                       // 2 n^T C R
+    for ( int a = 0; a < Dim; ++a )
+        for ( int b = 0; b < Dim; ++b )
+            along[b] += 2 * mirror.normal[a] * rows[a][b];
+    for ( int a = 0; a < Dim; ++a )
+        for ( int b = 0; b < Dim; ++b )
+            rows[a][b] -= mirror.normal[a] * along[b];
+}
+
 /*!
   \brief Nodes beside space that neither gas nor its images can fill, as it lies
   in bodies behind corners (core/image_gaps.hpp).

@@ -43,6 +43,11 @@ class ExactDoubts
 
     std::vector<std::string> find() const
     {
+        if ( const auto effect = unknownToExact(); !effect.empty() )
+            return { fmt::format(
+                "/exact: the {} solution knows no {}, so what a run calls its "
+                "errors is what that changes, too; leave out either",
+                type(), effect ) };
         if ( _exact->holdsAtStart() )
             if ( const auto x = otherStart() )
                 return { fmt::format(
@@ -66,6 +71,21 @@ class ExactDoubts
 
   private:
     std::string type() const { return _input.at( "exact" ).at( "type" ); }
+
+    //! An effect that diffuses, where the solution has something to diffuse
+    //! and is of gas that does not.
+    std::string unknownToExact() const
+    {
+        const auto solution = type();
+        if ( solution == "viscous_shock" || solution == "uniform" ||
+             solution == "hydrostatic" )
+            return "";
+        for ( const auto& effect : _input.at( "physics" ) )
+            for ( const char* name : { "viscosity", "heat_conduction" } )
+                if ( effect.at( "type" ) == name )
+                    return name;
+        return "";
+    }
 
     //! The exact gas.
     GasState at( const Vector<Dim>& x, const double t ) const

@@ -9,6 +9,7 @@
 
 #include <physics/artificial_viscosity.hpp>
 #include <physics/gravity.hpp>
+#include <physics/heat_conduction.hpp>
 #include <physics/ideal_gas.hpp>
 #include <physics/initial/acoustic_wave.hpp>
 #include <physics/initial/blast.hpp>
@@ -22,7 +23,9 @@
 #include <physics/initial/taylor_green.hpp>
 #include <physics/initial/two_blasts.hpp>
 #include <physics/initial/uniform.hpp>
+#include <physics/initial/viscous_shock.hpp>
 #include <physics/stiffened_gas.hpp>
+#include <physics/viscosity.hpp>
 
 #include <tuple>
 
@@ -34,7 +37,9 @@ using PhysicsModules = ModuleList<
     IdealGas,
     StiffenedGas,
     ArtificialViscosity,
-    Gravity
+    Gravity,
+    NewtonianViscosity,
+    HeatConduction
 >;
 
 using InitialStates = std::tuple<
@@ -49,7 +54,8 @@ using InitialStates = std::tuple<
     TwoBlasts,
     TaylorGreen,
     KelvinHelmholtz,
-    RayleighTaylor
+    RayleighTaylor,
+    ViscousShockState
 >;
 // clang-format on
 

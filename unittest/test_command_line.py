@@ -981,6 +981,10 @@ class Warnings(unittest.TestCase):
         line, = doubts("translation_2d",
                        "initial.0.region=" + json.dumps(ball))
         self.assertIn("does not start as the uniform", line)
+        # Friction, which shock tubes in books have none of.
+        line, = doubts("sod", 'physics=[{"type": "ideal_gas"}, {"type": '
+                       '"viscosity", "shear": 1e-3}]')
+        self.assertIn("the riemann solution knows no viscosity", line)
         # A body in a stream, and one in gas at rest.
         for scene, expected in [("translation_2d", 1), ("gas_at_rest_2d", 0)]:
             boundary = json.loads(

@@ -32,6 +32,10 @@ UPPER_HALF, LOWER_HALF = [
     {"type": "half_space", "point": [0, 5], "normal": [0, direction]}
     for direction in (-1, 1)]
 
+DIFFUSION = [{"type": "ideal_gas"}, {"type": "artificial_viscosity"},
+             {"type": "viscosity", "shear": 0.02},
+             {"type": "heat_conduction", "conductivity": 0.03}]
+
 # Scene, what differs from the shipped input, steps. All kinds of sides,
 # obstacles, and everything that makes, moves or removes particles.
 SCENES = {
@@ -61,6 +65,8 @@ SCENES = {
         "grid.cells": [60, 30], "physics": [
             {"type": "ideal_gas"}, {"type": "artificial_viscosity"},
             {"type": "gravity", "acceleration": [0.2, -0.5]}]}, 30),
+    "viscous gas at a body": ("cylinder_mach3", {
+        "grid.cells": [60, 30], "physics": DIFFUSION}, 30),
     "blast in 3D": ("sedov_3d", {"grid.cells": [16, 18, 20]}, 12),
     # The kind of a side changes, at a corner of periodic sides too.
     "side of two kinds": ("isentropic_vortex", {
@@ -83,6 +89,9 @@ FOLLOWED = {
     "cylinder, apic": ("cylinder_mach3", {
         "grid.cells": [60, 30], **method("apic", "quadratic"),
         "initial.0.region": {
+            "type": "box", "lower": [-1, -1], "upper": [1.2, 3]}}, 25),
+    "viscous stream": ("cylinder_mach3", {
+        "grid.cells": [60, 30], "physics": DIFFUSION, "initial.0.region": {
             "type": "box", "lower": [-1, -1], "upper": [1.2, 3]}}, 25),
     "stream, paper": ("cylinder_mach3_recycle", {
         "grid.cells": [60, 30], **method("paper", "quadratic"),
@@ -110,6 +119,8 @@ REPRODUCIBLE = {
     "recycled stream": ("cylinder_mach3_recycle", {
         "grid.cells": [60, 30], **method("paper", "quadratic")}, 10, (3,)),
     "gravity": ("gravity_column", {}, 10, (3,)),
+    "viscous gas at a body": ("cylinder_mach3", {
+        "grid.cells": [60, 30], "physics": DIFFUSION}, 10, (2, [2, 2])),
     "blast in 3D": ("sedov_3d", {"grid.cells": [10, 11, 15]}, 6, (3, 4)),
 }
 ARRANGED = {"cylinder": ([4, 1], [2, 2], [1, 4]),

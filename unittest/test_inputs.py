@@ -34,11 +34,11 @@ PROMISED = {
     "expansion_corner", "filling", "gas_at_rest_2d", "gravity_column",
     "isentropic_vortex", "kelvin_helmholtz", "leblanc", "mach100_shock",
     "moving_contact", "naca0012", "noh_1d", "noh_2d", "noh_3d", "piston",
-    "rayleigh_taylor", "receding", "sedov_2d", "sedov_3d", "shu_osher",
+    "poiseuille", "rayleigh_taylor", "receding", "sedov_2d", "sedov_3d", "shu_osher",
     "slow_shock", "sod", "sod_2d", "sod_2d_rotated", "sod_3d", "sphere_mach3",
     "stationary_contact", "stationary_shock", "step_mach3", "taylor_green",
     "toro1", "toro2", "toro3", "toro4", "toro5", "translation",
-    "translation_2d", "two_blasts", "vacuum", "wedge"
+    "translation_2d", "two_blasts", "vacuum", "viscous_shock", "wedge"
 }
 
 # The first ten steps are short ones, so this many show motion as well.

@@ -225,12 +225,14 @@ class ReferenceTest(unittest.TestCase):
             with self.subTest(scene=path.stem):
                 cells = [max(4, n // 10) for n in document["grid"]["cells"]]
                 result = self.call(path, f"grid.cells={json.dumps(cells)}")
-                # It knows no 3D, no vacuum (places that no entry fills) and no
-                # far gas.
+                # It knows no 3D, no vacuum (places that no entry fills), no
+                # far gas and no friction.
                 if document["dimension"] == 3 or "region" in \
                         document["initial"][0] or any(
                             entry["type"] == "outflow" and "pressure" in entry
-                            for entry in document["boundary"]):
+                            for entry in document["boundary"]) or any(
+                                effect["type"] == "viscosity"
+                                for effect in document["physics"]):
                     self.assertEqual(result.returncode, WRONG_INPUT)
                 else:
                     self.assertEqual(result.returncode, 0, result.stderr)

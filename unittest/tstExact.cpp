@@ -1037,6 +1037,84 @@ TEST( Exact, WhatIsMissing )
     EXPECT_NE( errorOf( input ).find( "/physics" ), std::string::npos );
 }
 
+// Seen from the shock fluxes are the same everywhere, those of friction and of
+// conducted heat among them, and far away there are the gases of the jump.
+TEST( Exact, ViscousShock )
+{
+    Json initial = {
+        { "type", "viscous_shock" }, { "normal", { 1, 2, 2 } },
+        { "position", 0.2 },         { "mach", 3 },
+        { "density", 1.3 },          { "velocity", { 0.4, -0.2, 0.1 } },
+        { "pressure", 0.8 } };
+    auto input = exactInput( initial, "viscous_shock" );
+    const double gamma = 5.0 / 3, mu = 4 * 0.06 / 3 + 0.02;
+    EXPECT_NE( errorOf( input ).find( "viscosity" ), std::string::npos );
+    input["physics"].push_back(
+        { { "type", "viscosity" }, { "shear", 0.06 }, { "bulk", 0.02 } } );
+    // It tells the conductivity that would do.
+    EXPECT_NE( errorOf( input ).find( "= 0.16666667, and here it is 0" ),
+               std::string::npos )
+        << errorOf( input );
+    input["physics"].push_back(
+        { { "type", "heat_conduction" }, { "conductivity", gamma * mu } } );
+    for ( const double offset : { 0.0, 0.7 } )
+    {
+        if ( offset > 0 )
+        {
+            input["physics"][0]["type"] = "stiffened_gas";
+            input["physics"][0]["reference_pressure"] = offset;
+        }
+        const auto exact = makeExact( input );
+        const double sound = std::sqrt( gamma * ( 0.8 + offset ) / 1.3 );
+        const double along = ( 0.4 - 2 * 0.2 + 2 * 0.1 ) / 3;
+        const double speed = along + 3 * sound;
+        const double t = 0.3;
+        const auto at = [&]( const double s )
+        {
+            const double x = ( 0.2 + speed * t + s ) / 3;
+            auto gas = exact->state( { x, 2 * x, 2 * x }, t );
+            const auto& v = gas.velocity;
+            gas.velocity = { ( v[0] + 2 * v[1] + 2 * v[2] ) / 3, 0, 0 };
+            return gas;
+        };
+        const auto fluxes = [&]( const double s )
+        {
+            const double step = 1e-5;
+            const auto gas = at( s ), low = at( s - step ),
+                       high = at( s + step );
+            const auto heat = [&]( const GasState& g )
+            { return ( g.pressure + offset ) / ( ( gamma - 1 ) * g.density ); };
+            const double u = gas.velocity[0] - speed;
+            const double j = gas.density * u;
+            const double tau =
+                mu * ( high.velocity[0] - low.velocity[0] ) / ( 2 * step );
+            const double q =
+                -gamma * mu * ( heat( high ) - heat( low ) ) / ( 2 * step );
+            const double e = heat( gas ) + offset / gas.density;
+            return Vector3{ j, j * u + gas.pressure - tau,
+                            j * ( e + u * u / 2 ) + u * ( gas.pressure - tau ) +
+                                q };
+        };
+        const auto ahead = fluxes( 5 );
+        expectEqual( exact->state( { 9, 9, 9 }, t ),
+                     { 1.3, { 0.4, -0.2, 0.1 }, 0.8 }, 1e-14, 1e-14, 1e-14 );
+        // Differences are good to 1e-10 over the square of the width.
+        for ( const double s : { -5.0, -0.1, -0.03, 0.0, 0.02, 0.08 } )
+            for ( int k = 0; k < 3; ++k )
+                EXPECT_NEAR( fluxes( s )[k], ahead[k],
+                             1e-7 * std::abs( ahead[k] ) )
+                    << s << ' ' << k;
+        // Halfway it is steepest, ...
+        const auto slope = [&]( const double s )
+        { return at( s - 1e-4 ).velocity[0] - at( s + 1e-4 ).velocity[0]; };
+        EXPECT_GT( slope( 0 ), slope( 2e-3 ) );
+        EXPECT_GT( slope( 0 ), slope( -2e-3 ) );
+        // ... and behind are the densities of Rankine and Hugoniot.
+        EXPECT_NEAR( at( -5 ).density / 1.3,
+                     ( gamma + 1 ) * 9 / ( ( gamma - 1 ) * 9 + 2 ), 1e-12 );
+    }
+}
+
 TEST( Exact, Declaration )
 {
     for ( int dimension = 0; dimension <= 3; ++dimension )
@@ -1049,7 +1127,7 @@ TEST( Exact, Declaration )
                                               "acoustic_wave" };
         if ( dimension != 1 ) // a vortex needs a plane
             expected.push_back( "isentropic_vortex" );
-        expected.insert( expected.end(), { "noh", "sedov" } );
+        expected.insert( expected.end(), { "noh", "sedov", "viscous_shock" } );
         EXPECT_EQ( names, expected );
     }
     Parameters parameters( "input", "an input", 1 );

@@ -28,7 +28,11 @@ std::unique_ptr<InitialState> make( const int dimension, const Json& keys,
         resolve( keys, Type::declare( dimension ), "test", errors );
     EXPECT_TRUE( errors.empty() ) << ( errors.empty() ? "" : errors[0] );
     const Json input = {
-        { "physics", { { { "type", "ideal_gas" }, { "gamma", gamma } } } },
+        { "physics",
+          { { { "type", "ideal_gas" }, { "gamma", gamma } },
+            { { "type", "viscosity" }, { "shear", 0.3 }, { "bulk", 0 } },
+            { { "type", "heat_conduction" },
+              { "conductivity", 0.4 * gamma } } } },
         { "boundary", Json::array() } };
     const SceneFacts facts{ dimension, input };
     if constexpr ( std::is_constructible_v<Type, const Json&,
@@ -90,6 +94,12 @@ TEST( Initial, gradientsAreThoseOfTheVelocity )
     expectGradient( *make<AcousticWaveState>( 3, { { "normal", { 1, -2, 2 } },
                                                    { "wavelength", 0.7 } } ),
                     3 );
+    expectGradient( *make<ViscousShockState>( 2, { { "normal", { -3, 4 } },
+                                                   { "density", 1.2 },
+                                                   { "velocity", { 0.3, -1 } },
+                                                   { "pressure", 0.9 },
+                                                   { "position", 0.1 } } ),
+                    2 );
     for ( const int d : { 2, 3 } )
     {
         expectGradient( *make<Noh>( d, Json::object() ), d );

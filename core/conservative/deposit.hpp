@@ -75,22 +75,6 @@ KOKKOS_FORCEINLINE_FUNCTION auto depositMoments(
                              terms );
 }
 
-//! R C R, row by row: the affine matrix as a mirror shows it.
-template <int Dim>
-KOKKOS_FORCEINLINE_FUNCTION void mirrorAffine( const Mirror<Dim>& mirror,
-                                               Vector<Dim> ( &rows )[Dim] )
-{
-    for ( int a = 0; a < Dim; ++a )
-        rows[a] = mirror.direction( rows[a] ); // C R
-    Vector<Dim> along{};                       // 2 n^T C R
-    for ( int a = 0; a < Dim; ++a )
-        for ( int b = 0; b < Dim; ++b )
-            along[b] += 2 * mirror.normal[a] * rows[a][b];
-    for ( int a = 0; a < Dim; ++a )
-        for ( int b = 0; b < Dim; ++b )
-            rows[a][b] -= mirror.normal[a] * along[b];
-}
-
 /*!
   \brief P2G: m_i = sum m w, (mv)_i = sum m w (v + C (x_i - x)),
   theta^a_f = sum V w^a_f / h^Dim, the same of V (p + q), and on nodes
