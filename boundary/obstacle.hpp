@@ -119,13 +119,17 @@ class Obstacle : public Module<Dim>
             const auto shape = _shape;
             const auto grid = state.grid;
             const Real reach = _reach;
+            // A wall along the grid has nodes exactly that far away: they are
+            // all within, not by the last digit of where the wall stands.
+            const Real seam = nudge * grid.minSpacing();
             _nodes = listNodes(
                 "Machpoint::solidNodes", state.layout,
                 MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
                     const auto nearest = shape.nearest( x );
-                    return nearest.distance <
+                    return nearest.distance <=
                                imageDistance<Dim>( grid, reach,
-                                                   nearest.normal ) &&
+                                                   nearest.normal ) +
+                                   seam &&
                            bodies.nearestBody( x ) == own;
                 } );
             return;
@@ -386,7 +390,8 @@ class Obstacle : public Module<Dim>
         _near = _noted.rows( n, isNear );
     }
 
-    //! What the images gained, the gas has given to the solid.
+    //! What the images gained, and not from a side, the gas has given to the
+    //! solid.
     void sumImpulses( const State<Dim>& state )
     {
         const auto impulses = state.images.impulses;
@@ -400,6 +405,8 @@ class Obstacle : public Module<Dim>
             },
             gained );
         _impulse += gained;
+        for ( int d = 0; d < Dim && !state.side_impulses.empty(); ++d )
+            _impulse.value[d] -= state.side_impulses[this->body * Dim + d];
     }
 
     //! A vector that can be summed over nodes.

@@ -7,6 +7,7 @@
 #ifndef MACHPOINT_METHOD_CONSERVATIVE_HPP
 #define MACHPOINT_METHOD_CONSERVATIVE_HPP
 
+#include <core/conservative/body_sides.hpp>
 #include <core/conservative/conduction.hpp>
 #include <core/conservative/deposit.hpp>
 #include <core/conservative/drift.hpp>
@@ -75,6 +76,7 @@ struct Conservative : MethodDefaults
         ConservativeParts parts;
         NodeView faces;
         Impl::OpenFaces<Dim> open_faces;
+        Impl::BodySides<Dim> body_sides;
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Impl::HalfCellMarks marks; //!< scratch of merging
         Reused<std::int64_t> new_ids{ "Machpoint::newIds" }; //!< of splitting
@@ -119,6 +121,7 @@ struct Conservative : MethodDefaults
             faces =
                 NodeView( "Machpoint::faces", total, Impl::face_columns * Dim );
             open_faces = Impl::findOpenFaces( state );
+            body_sides = Impl::findBodySides( state );
             const int columns =
                 parts.heat_conduction > 0                                ? 4
                 : parts.pressure_relaxation > 0 || parts.heat_mixing > 0 ? 2
@@ -266,6 +269,9 @@ struct Conservative : MethodDefaults
             Impl::levelOpenSides( state, storage.open_faces, storage.faces );
         }
         state.halo.fillSides( storage.faces, Impl::allFaceComponents<Dim>() );
+        if ( state.bodies.have_images )
+            Impl::findSideImpulses( state, storage.body_sides,
+                                    parts.least_filling );
         // Images read what their particles were.
         if ( state.images.count > 0 )
             state.ledger.energy_in +=

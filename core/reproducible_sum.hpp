@@ -51,6 +51,15 @@ class ReproducibleSum
         _not_finite += other._not_finite;
     }
 
+    KOKKOS_INLINE_FUNCTION void operator-=( const ReproducibleSum& other )
+    {
+        ReproducibleSum negative = other;
+        for ( int k = 0; k < digits; ++k )
+            negative._digits[k] = -other._digits[k];
+        negative._not_finite = -other._not_finite;
+        *this += negative;
+    }
+
     //! Adds a term `times` times.
     KOKKOS_INLINE_FUNCTION void add( const double term,
                                      const std::int64_t times )

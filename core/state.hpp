@@ -151,6 +151,9 @@ struct State
     Bodies<Dim> bodies;   //!< that are solid
     ImageGaps image_gaps; //!< between and beside them
     ImageWeight<Dim> image_weight;
+    //! Momentum that sides give to images of each body in this step, this
+    //! rank's part [bodies * Dim]; empty without images.
+    std::vector<ReproducibleSum> side_impulses;
     //! \name Null where the method knows only the gradient that a particle
     //! carries
     //! @{

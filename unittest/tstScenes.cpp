@@ -1306,6 +1306,84 @@ TEST( Obstacle, surfaceSeesTheViscousPressure )
         }
 }
 
+//! Force on a body in a box of gas at rest at pressure 1 after 5 steps. [Dim]
+std::vector<Real> forceAtRest( const Json& shape, const int dimension,
+                               const int cells, const std::string& basis,
+                               const std::string& sides_of_box )
+{
+    auto input =
+        box( dimension, cells, 2, "conservative", basis, sides_of_box );
+    addBodies( input, { shape } );
+    auto run = simulate( input );
+    advance( *run, 5 );
+    const auto& row = run->series().at( 0 )->rows.back();
+    return { row.begin() + 1, row.begin() + 1 + dimension };
+}
+
+// Images in a body that meets a side are pressed by that side, too, which the
+// body does not feel: whatever its thickness, the gas presses it by p A.
+TEST( Obstacle, feelsAllOfTheGasWhereItMeetsASide )
+{
+    for ( const auto& basis : bases )
+        for ( const std::string kind : { "slip_wall", "no_slip_wall" } )
+            for ( const double cells : { 1.0, 2.0, 3.0, 5.0 } )
+            {
+                const double y = cells / 20;
+                const Json floor = { { "type", "half_space" },
+                                     { "point", { 0.0, y } },
+                                     { "normal", { 0.0, 1.0 } } };
+                const auto below = forceAtRest( floor, 2, 20, basis, kind );
+                EXPECT_NEAR( below[1], -1, 2e-3 )
+                    << basis << ' ' << kind << ' ' << cells;
+                const Json wall = { { "type", "half_space" },
+                                    { "point", { 1 - y } },
+                                    { "normal", { -1.0 } } };
+                EXPECT_NEAR( forceAtRest( wall, 1, 20, basis, kind )[0], 1,
+                             2e-3 )
+                    << basis << ' ' << kind << ' ' << cells;
+            }
+    // Half a disc and half a ball: what is not even has errors of its own.
+    const Json disc = {
+        { "type", "sphere" }, { "center", { 0.0, 0.5 } }, { "radius", 0.25 } };
+    const auto aside = forceAtRest( disc, 2, 24, "quadratic", "slip_wall" );
+    EXPECT_NEAR( aside[0], -0.5, 0.005 );
+    EXPECT_NEAR( aside[1], 0, 1e-3 );
+    const Json ball = { { "type", "sphere" },
+                        { "center", { 0.5, 0.5, 1.0 } },
+                        { "radius", 0.3 } };
+    EXPECT_NEAR( forceAtRest( ball, 3, 12, "quadratic", "slip_wall" )[2],
+                 0.09 * std::numbers::pi, 0.02 );
+}
+
+// Nodes exactly as far from a wall as `reach` are projected wherever it stands,
+// and not by the last digit of its place.
+TEST( Obstacle, isTheSameInEveryCell )
+{
+    for ( const auto& [method, basis] :
+          { std::pair{ "apic", "quadratic" }, std::pair{ "paper", "linear" } } )
+    {
+        std::vector<Real> nearest;
+        for ( const int cell : { 3, 4, 5, 6 } )
+        {
+            auto input = box( 1, 40, 2, method, basis, "slip_wall" );
+            input["grid"]["upper"] = { 2.0 };
+            input["initial"][0]["velocity"] = { -0.5 };
+            const double wall = cell * 0.05;
+            addBodies( input, { { { "type", "half_space" },
+                                  { "point", { wall } },
+                                  { "normal", { 1.0 } } } } );
+            auto run = simulate( input );
+            advance( *run, 20 );
+            Real least = 2;
+            for ( const Real x : run->particleData().position )
+                least = std::min( least, x );
+            nearest.push_back( least - static_cast<Real>( wall ) );
+        }
+        for ( const Real distance : nearest )
+            EXPECT_NEAR( distance, nearest[0], tolerance( 1e-12 ) ) << method;
+    }
+}
+
 // Bilateral projection does no work: a closed box with a cylinder keeps its
 // energy.
 TEST( Obstacle, projectionDoesNoWork )
