@@ -15,6 +15,13 @@ fail() {
     exit 1
 }
 
+# Asked for help, a script shows the comment at its top, and does nothing else.
+for argument in "$@"; do
+    [[ $argument == -h || $argument == --help ]] || continue
+    sed -n '2,${/^#/!q;s/^# \{0,1\}//p}' "$0"
+    exit
+done
+
 # CMake's search for HDF5 breaks there, and says that there is none.
 [[ $root != *[[:space:]]* ]] || fail "\"$root\" contains a space; clone elsewhere"
 
