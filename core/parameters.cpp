@@ -861,8 +861,8 @@ bool isIndex( const std::string& step )
            step.find_first_not_of( "0123456789" ) == std::string::npos;
 }
 
-//! The steps of "physics[1].linear", namely physics, 1, linear; none if
-//! the path is malformed.
+//! The steps of "physics.1.linear" or "physics[1].linear", namely physics, 1,
+//! linear; none if the path is malformed.
 std::vector<std::string> splitPath( const std::string& path )
 {
     std::vector<std::string> steps( 1 );
@@ -937,7 +937,7 @@ void applyOverride( Json& input, const std::string& assignment )
                            : splitPath( assignment.substr( 0, equals ) );
     if ( steps.empty() )
         fail( "expected path=value, as in method.basis=cubic or "
-              "physics[1].linear=0.3" );
+              "physics.1.linear=0.3" );
     // No deeper than what can be parsed, even if overrides build on each other.
     if ( steps.size() > max_depth )
         fail( fmt::format( "more than {} levels", max_depth ) );
