@@ -478,10 +478,11 @@ class DocumentBuilder : public nlohmann::json_sax<Json>
     {
         if ( _open.empty() )
             document = std::move( value );
-        else if ( auto& container = _open.back(); container.is_object )
-            container.members.emplace_back( container.key, std::move( value ) );
-        else
+        else if ( auto& container = _open.back(); !container.is_object )
             container.entries.push_back( std::move( value ) );
+        // Of equal keys the first stays, so that all else can be checked.
+        else if ( container.times_given[container.key] == 1 )
+            container.members.emplace_back( container.key, std::move( value ) );
         return true;
     }
 
@@ -521,6 +522,16 @@ std::string lineAndColumn( const std::string& file, const std::string& text,
 
 Json parseJson( const std::string& text, const std::string& file )
 {
+    std::vector<std::string> errors;
+    auto document = parseJson( text, file, errors );
+    if ( !errors.empty() )
+        throw InputError( std::move( errors ) );
+    return document;
+}
+
+Json parseJson( const std::string& text, const std::string& file,
+                std::vector<std::string>& errors )
+{
     if ( text.find_first_not_of( " \t\r\n" ) == std::string::npos )
         throw InputError( { file + ": empty; expected JSON" } );
     // The parser would take a zero byte for the end and ignore what follows.
@@ -531,7 +542,6 @@ Json parseJson( const std::string& text, const std::string& file )
     DocumentBuilder builder;
     Json::sax_parse( text, &builder );
 
-    std::vector<std::string> errors;
     for ( const auto& path : builder.duplicates )
         errors.push_back( fmt::format( "{}: {}: given twice", file, path ) );
     if ( !builder.too_deep.empty() )
@@ -546,8 +556,8 @@ Json parseJson( const std::string& text, const std::string& file )
                                        lineAndColumn( file, text, byte - 1 ),
                                        printable( builder.reason ) ) );
     }
-    if ( !errors.empty() )
-        throw InputError( std::move( errors ) );
+    if ( !builder.too_deep.empty() || !builder.reason.empty() )
+        throw InputError( errors );
     return std::move( builder.document );
 }
 

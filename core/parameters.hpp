@@ -226,6 +226,12 @@ class Parameters
 */
 Json parseJson( const std::string& text, const std::string& file );
 
+//! The same, but goes on after a key given twice, whose first value counts: all
+//! else that is wrong with the document can be told, too.
+//! \param[in,out] errors One line is appended for each such key.
+Json parseJson( const std::string& text, const std::string& file,
+                std::vector<std::string>& errors );
+
 /*!
   \brief Check an input against its declaration and fill in the defaults.
 

@@ -220,32 +220,96 @@ MethodFacts methodFacts( const Json& input )
     return { name, name == Conservative::name };
 }
 
-//! Collects what no single key can tell: conflicts between keys.
+//! The keys at an input's root with which nothing is wrong.
+class SoundKeys
+{
+  public:
+    //! \param resolved of `written`, perhaps incomplete
+    //! \param errors that resolving has met
+    SoundKeys( const Json& resolved, const Json& written,
+               const std::string& file, const std::vector<std::string>& errors )
+    {
+        std::vector<std::string> known;
+        for ( const auto all = inputParameters( 0 );
+              const auto& key : all.keys() )
+            known.push_back( key.name );
+        for ( const auto& item : resolved.items() )
+            _keys.insert( item.key() );
+        remove( errors, file + ": " );
+        // Of a key that is misspelt the default is not what was meant.
+        if ( written.is_object() )
+            for ( const auto& item : written.items() )
+                if ( !resolved.contains( item.key() ) )
+                    _keys.erase( nearest( item.key(), known ) );
+    }
+
+    //! Those that messages tell of, as in "PREFIX/grid/cells/0: ...".
+    void remove( const std::vector<std::string>& messages,
+                 const std::string& prefix )
+    {
+        for ( const auto& message : messages )
+            if ( const auto begin = prefix.size() + 1;
+                 message.starts_with( prefix + "/" ) )
+                _keys.erase( message.substr(
+                    begin, message.find_first_of( "/:", begin ) - begin ) );
+    }
+
+    bool have( const std::initializer_list<const char*> keys ) const
+    {
+        return std::all_of( keys.begin(), keys.end(),
+                            [&]( const char* key )
+                            { return _keys.count( key ) > 0; } );
+    }
+
+  private:
+    std::set<std::string> _keys;
+};
+
+//! Collects what no single key can tell: conflicts between keys. What needs a
+//! key that is wrong itself is left out.
 class Checker
 {
   public:
-    Checker( const Json& input, std::vector<std::string>& errors )
-        : _input( input ), _errors( errors ),
-          _dimension( input.at( "dimension" ) )
+    Checker( const Json& input, const SoundKeys& sound, const int dimension )
+        : _input( input ), _sound( sound ), _dimension( dimension )
     {
     }
 
-    void check()
+    //! \return one line for each conflict
+    std::vector<std::string> check()
     {
-        checkScene();
-        checkOutput();
-        checkMethod();
-        checkGrid();
-        checkParticles();
-        if ( is_single && _input.at( "reproducible" ) )
+        if ( _sound.have( { "scene" } ) )
+            checkFileName( _input.at( "scene" ), "/scene" );
+        if ( _sound.have( { "time", "output" } ) )
+            checkOutput();
+        if ( _sound.have( { "method" } ) )
+            checkMethod();
+        if ( _sound.have( { "reproducible" } ) && is_single &&
+             _input.at( "reproducible" ) )
             error( "/reproducible",
                    "such sums are of doubles: build with "
                    "Machpoint_PRECISION=double, or give false" );
-        checkPhysics();
-        checkInitial();
-        checkBoundary();
-        if ( _errors.empty() )
+        if ( !_sound.have( { "dimension" } ) )
+            return _errors; // nothing is known of axes
+        if ( _sound.have( { "grid" } ) )
+            checkGrid();
+        if ( _sound.have( { "grid", "method" } ) )
+            checkReach();
+        if ( _sound.have( { "grid", "particles" } ) )
+            checkSize();
+        if ( _sound.have( { "particles" } ) )
+            checkParticles();
+        if ( _sound.have( { "physics" } ) )
+            checkPhysics();
+        if ( _sound.have( { "initial" } ) )
+            checkInitial();
+        if ( _sound.have( { "boundary" } ) )
+            checkBoundary();
+        _sound.remove( _errors, "" );
+        if ( _sound.have( { "grid", "physics", "initial", "boundary", "time",
+                            "exact" } ) )
             checkExact();
+        return _errors;
     }
 
   private:
@@ -266,8 +330,6 @@ class Checker
             error( place, "names a file or directory, so it must hold no "
                           "slash and no control character" );
     }
-
-    void checkScene() { checkFileName( _input.at( "scene" ), "/scene" ); }
 
     void checkOutput()
     {
@@ -303,13 +365,6 @@ class Checker
     void checkGrid()
     {
         const auto& grid = _input.at( "grid" );
-        const auto basis = _input.at( "method" ).at( "basis" );
-        const int least =
-            ( basis == Linear::name ? 1 : 2 ) +
-            ( _input.at( "method" ).at( "name" ) == Conservative::name
-                  ? Conservative::reach
-                  : 0 );
-        double cells_in_all = 1;
         for ( int d = 0; d < _dimension; ++d )
         {
             const double lower = grid.at( "lower" ).at( d );
@@ -322,14 +377,6 @@ class Checker
             if ( !std::isfinite( upper - lower ) )
                 error( fmt::format( "/grid/upper/{}", d ),
                        "the domain is too large for floating point" );
-            if ( cells < least )
-                error(
-                    fmt::format( "/grid/cells/{}", d ),
-                    fmt::format(
-                        "{} on the {} basis needs at least {} cells "
-                        "along each axis, got {}",
-                        _input.at( "method" ).at( "name" ).get<std::string>(),
-                        basis.get<std::string>(), least, cells ) );
             const double rounding =
                 std::max( std::abs( lower ), std::abs( upper ) ) *
                 std::numeric_limits<Real>::epsilon();
@@ -348,8 +395,36 @@ class Checker
                            is_single ? ", or build with "
                                        "Machpoint_PRECISION=double"
                                      : "" ) );
-            cells_in_all *= static_cast<double>( cells );
         }
+    }
+
+    //! Are there cells for what a method's basis reaches?
+    void checkReach()
+    {
+        const auto& method = _input.at( "method" );
+        const auto name = method.at( "name" ).get<std::string>();
+        const auto basis = method.at( "basis" ).get<std::string>();
+        const int least =
+            ( basis == Linear::name ? 1 : 2 ) +
+            ( name == Conservative::name ? Conservative::reach : 0 );
+        for ( int d = 0; d < _dimension; ++d )
+        {
+            const std::int64_t cells =
+                _input.at( "grid" ).at( "cells" ).at( d );
+            if ( cells < least )
+                error( fmt::format( "/grid/cells/{}", d ),
+                       fmt::format( "{} on the {} basis needs at least {} "
+                                    "cells along each axis, got {}",
+                                    name, basis, least, cells ) );
+        }
+    }
+
+    //! Can whole numbers count all cells and particles?
+    void checkSize()
+    {
+        double cells_in_all = 1;
+        for ( const auto& cells : _input.at( "grid" ).at( "cells" ) )
+            cells_in_all *= cells.get<double>();
         const double places =
             cells_in_all *
             _input.at( "particles" ).at( "per_cell" ).get<double>();
@@ -393,11 +468,11 @@ class Checker
         }
     }
 
-    //! What the entry's own type finds.
+    //! What the entry's own type finds, which may depend on the method.
     void checkEntry( const Json& entry, const InputHooks& hooks,
                      const std::string& place )
     {
-        if ( !hooks.fault )
+        if ( !hooks.fault || !_sound.have( { "method" } ) )
             return;
         const auto fault = hooks.fault( entry, methodFacts( _input ) );
         if ( !fault.empty() )
@@ -507,13 +582,16 @@ class Checker
     }
 
     const Json& _input;
-    std::vector<std::string>& _errors;
+    SoundKeys _sound;
     int _dimension;
+    std::vector<std::string> _errors;
 };
 
-//! Defaults that depend on the method.
-void fillMethodDefaults( Json& input )
+//! Defaults that depend on the method, of what is sound.
+void fillMethodDefaults( Json& input, const SoundKeys& sound )
 {
+    if ( !sound.have( { "dimension", "method" } ) )
+        return;
     const int dimension = input.at( "dimension" );
     auto& method = input.at( "method" );
     auto fill = []( Json& object, const std::string& key, const Json& value )
@@ -531,22 +609,27 @@ void fillMethodDefaults( Json& input )
         for ( const auto parts = ConservativeParts::declare( dimension );
               const auto& part : parts.keys() )
             fill( method, part.name, *part.default_value );
-    fill( input.at( "time" ), "cfl",
-          ConservativeParts::defaultCfl( method.at( "time" ),
-                                         method.at( "basis" ) ) );
-    for ( auto& entry : input.at( "boundary" ) )
-        if ( const auto& hooks = boundaryHooks( entry, dimension );
-             hooks.complete )
-            hooks.complete( entry, methodFacts( input ) );
-    for ( auto& entry : input.at( "physics" ) )
-        if ( const auto& hooks = physicsHooks( entry, dimension );
-             hooks.complete )
-            hooks.complete( entry, methodFacts( input ) );
+    if ( sound.have( { "time" } ) )
+        fill( input.at( "time" ), "cfl",
+              ConservativeParts::defaultCfl( method.at( "time" ),
+                                             method.at( "basis" ) ) );
+    auto complete = [&]( const char* key, const auto& hooksOfEntry )
+    {
+        if ( !sound.have( { key } ) )
+            return;
+        for ( auto& entry : input.at( key ) )
+            if ( const auto& hooks = hooksOfEntry( entry, dimension );
+                 hooks.complete )
+                hooks.complete( entry, methodFacts( input ) );
+    };
+    complete( "boundary", boundaryHooks );
+    complete( "physics", physicsHooks );
 }
 
 } // namespace
 
-Json resolveInput( const Json& input, const std::string& file )
+Json resolveInput( const Json& input, const std::string& file,
+                   std::vector<std::string> errors )
 {
     int dimension = 0;
     if ( input.is_object() && input.contains( "dimension" ) )
@@ -555,17 +638,12 @@ Json resolveInput( const Json& input, const std::string& file )
         if ( value.is_number_integer() && value >= 1 && value <= 3 )
             dimension = value;
     }
-    std::vector<std::string> errors;
     Json resolved =
         resolve( input, inputParameters( dimension ), file, errors );
-    if ( errors.empty() )
-    {
-        fillMethodDefaults( resolved );
-        std::vector<std::string> conflicts;
-        Checker( resolved, conflicts ).check();
-        for ( const auto& conflict : conflicts )
-            errors.push_back( file + ": " + conflict );
-    }
+    const SoundKeys sound( resolved, input, file, errors );
+    fillMethodDefaults( resolved, sound );
+    for ( const auto& conflict : Checker( resolved, sound, dimension ).check() )
+        errors.push_back( file + ": " + conflict );
     if ( !errors.empty() )
         throw InputError( errors );
     return resolved;
@@ -574,10 +652,19 @@ Json resolveInput( const Json& input, const std::string& file )
 Json loadInput( const std::string& file,
                 const std::vector<std::string>& overrides )
 {
-    Json input = parseJson( readFile( file ), file );
+    std::vector<std::string> errors;
+    Json input = parseJson( readFile( file ), file, errors );
     for ( const auto& assignment : overrides )
-        applyOverride( input, assignment );
-    return resolveInput( input, file );
+        try
+        {
+            applyOverride( input, assignment );
+        }
+        catch ( const InputError& error )
+        {
+            errors.insert( errors.end(), error.messages().begin(),
+                           error.messages().end() );
+        }
+    return resolveInput( input, file, std::move( errors ) );
 }
 
 } // namespace Machpoint

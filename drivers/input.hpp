@@ -22,9 +22,11 @@ std::string readFile( const std::string& file );
 /*!
   \brief Fills in the defaults of an input and checks it.
   \param file its name, for messages
+  \param errors what is known to be wrong already, to be told with the rest
   \throws InputError with every mistake at once
 */
-Json resolveInput( const Json& input, const std::string& file );
+Json resolveInput( const Json& input, const std::string& file,
+                   std::vector<std::string> errors = {} );
 
 /*!
   \brief Reads, overrides, resolves and checks an input.

@@ -190,7 +190,7 @@ class Reader
 
     Study read()
     {
-        _written = parseJson( readFile( _file ), _file );
+        _written = parseJson( readFile( _file ), _file, _errors );
         _json = resolve( _written, studyParameters(), _file, _errors );
         if ( _json.contains( "kind" ) && _json.at( "kind" ) == "effects" )
             _study.kind = StudyKind::effects;
@@ -300,8 +300,10 @@ class Reader
                           _json.at( "input" ).get<std::string>();
         try
         {
-            _scene = parseJson( readFile( path.string() ), path.string() );
-            _input = resolveInput( _scene, path.string() );
+            std::vector<std::string> errors;
+            _scene =
+                parseJson( readFile( path.string() ), path.string(), errors );
+            _input = resolveInput( _scene, path.string(), errors );
         }
         catch ( const InputError& error )
         {

@@ -414,6 +414,54 @@ class WrongInput(CommandLineTest):
                     any(line.startswith(f"{file}: {place}") for line in lines),
                     result.stderr)
 
+    def test_mistakes_of_all_kinds_are_reported_at_once(self):
+        # An unknown key, a wrong type, a conflict between entries, one between keys,
+        # and a key given twice.
+        document = copy.deepcopy(SHIPPED["sod.json"])
+        document["time"]["cffl"] = 0.4
+        document["particles"]["per_cell"] = 3.7
+        document["boundary"][0]["type"] = "periodic"
+        document["grid"]["upper"] = [-1]
+        document["SECOND"] = copy.deepcopy(document["exact"])
+        file = self.directory / "five.json"
+        file.write_text(json.dumps(document).replace("SECOND", "exact"))
+        for command in ["check", "run"]:
+            result = machpoint(command, file, cwd=self.directory)
+            self.assertCode(result, WRONG_INPUT)
+            lines = result.stderr.splitlines()
+            self.assertEqual(len(lines), 5, result.stderr)
+            for place in ["/time/cffl: ", "/particles/per_cell: ",
+                          "/boundary: x_lower is periodic", "/grid/upper/0: ",
+                          "/exact: given twice"]:
+                self.assertTrue(
+                    any(line.startswith(f"{file}: {place}") for line in lines),
+                    result.stderr)
+
+    def test_what_hangs_on_a_mistake_is_not_told(self):
+        # Nobody knows how many cells a method needs that is not known.
+        for method in [{"basis": "cubicc"}, {"nme": "apic"}]:
+            result = machpoint("check", SOD, "--set", f"method={json.dumps(method)}",
+                               "--set", "grid.cells=[2]")
+            self.assertCode(result, WRONG_INPUT)
+            line, = result.stderr.splitlines()
+            self.assertIn(": /method/", line)
+        # Nor which method it is whose object is misspelt.
+        document = copy.deepcopy(SHIPPED["sod.json"])
+        document["methdo"] = {"name": "paper"}
+        document["grid"]["cells"] = [2]
+        file = self.directory / "methdo.json"
+        file.write_text(json.dumps(document))
+        line, = machpoint("check", file).stderr.splitlines()
+        self.assertIn('/methdo: unknown key; did you mean "method"?', line)
+
+    def test_wrong_overrides_are_reported_with_the_rest(self):
+        result = machpoint("check", SOD, "--set", "nothing.here=1", "--set", "time.cfl",
+                           "--set", "particles.per_cell=3.7")
+        self.assertCode(result, WRONG_INPUT)
+        self.assertEqual([line.split(": ")[0] for line in result.stderr.splitlines()],
+                         ["--set nothing.here=1", "--set time.cfl", str(SOD)])
+        self.assertIn("physics.1.linear=0.3", result.stderr)
+
     def test_conflicts_are_reported_at_once(self):
         result = machpoint("check", SOD, "--set", "grid.upper=[-1]", "--set",
                            "boundary.0.type=periodic", "--set",

@@ -456,6 +456,10 @@ class Wrong(StudyTest):
             "/vary/1/grd.cells/0", 'did you mean "grid"?',
             "/vary/1/physics[1].linear/0: ")
         self.assertEqual(len(lines), 9)
+        # A key given twice hides none of them.
+        path.write_text(path.read_text().replace('"repeats": 0',
+                                                 '"repeats": 0, "repeats": 1'))
+        self.assertEqual(len(self.assertSays(path, "/repeats: given twice")), 10)
 
     def test_shapes(self):
         for keys, place in [

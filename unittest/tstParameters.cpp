@@ -175,6 +175,18 @@ TEST( Parameters, DuplicateKeysAreErrorsAtAnyDepth )
     EXPECT_EQ( parseErrors( R"([{"a": 1}, {"a": {"a": 1}}])" ), Messages() );
 }
 
+TEST( Parameters, TheFirstOfDuplicateKeysCounts )
+{
+    Messages errors;
+    const auto json = parseJson(
+        R"({"a": [{"b": 1, "b": [2]}], "c": 3, "a": 4})", "f", errors );
+    EXPECT_EQ( json.dump(), R"({"a":[{"b":1}],"c":3})" );
+    EXPECT_EQ( errors,
+               Messages( { "f: /a/0/b: given twice", "f: /a: given twice" } ) );
+    // What is no JSON cannot be gone on with.
+    EXPECT_THROW( parseJson( R"({"a": 1, "a": 2)", "f", errors ), InputError );
+}
+
 TEST( Parameters, SyntaxErrorsNameLineAndColumn )
 {
     expectOneError( parseErrors( "{\n  \"a\": 1,\n  \"b\": }\n" ), "f:3:8: " );
