@@ -65,9 +65,10 @@ Parameter& Parameter::defaultsTo( Json value )
     return *this;
 }
 
-Parameter& Parameter::optional()
+Parameter& Parameter::optional( std::string text )
 {
     is_optional = true;
+    otherwise = std::move( text );
     return *this;
 }
 
@@ -1037,7 +1038,7 @@ std::string defaultOf( const Parameter& key )
     if ( key.default_value )
         return key.default_value->dump();
     if ( key.is_optional )
-        return "absent";
+        return key.otherwise;
     return mayBeAbsent( key ) ? "as below" : "required";
 }
 
@@ -1078,21 +1079,30 @@ void addRows( const Parameters& parameters, const std::string& prefix,
 
 } // namespace
 
-std::string describe( const Parameters& parameters )
+std::string describe( const Parameters& parameters, const std::string& name )
 {
-    auto result =
-        fmt::format( "{}: {}\n", parameters.name(), parameters.summary() );
-    if ( parameters.keys().empty() )
-        return result + "  no parameters\n";
+    if ( name.empty() && parameters.keys().empty() )
+        return "  no parameters\n";
 
-    std::vector<HelpRow> rows = {
-        { { "key", "type", "unit", "default", "allowed" }, "" } };
+    std::vector<HelpRow> rows;
     addRows( parameters, "", rows );
+    if ( !name.empty() )
+        std::erase_if( rows,
+                       [&]( const HelpRow& row )
+                       {
+                           const auto& key = row.columns[0];
+                           return key != name && !key.ends_with( "." + name );
+                       } );
+    if ( rows.empty() )
+        return "";
+    rows.insert( rows.begin(),
+                 { { "key", "type", "unit", "default", "allowed" }, "" } );
     std::vector<std::size_t> widths( rows[0].columns.size() );
     for ( const auto& row : rows )
         for ( std::size_t i = 0; i < widths.size(); ++i )
             widths[i] = std::max( widths[i], row.columns[i].size() );
 
+    std::string result;
     for ( const auto& row : rows )
     {
         std::string line;
@@ -1211,6 +1221,8 @@ Json objectSchema( const Parameters& parameters, bool typed, Json& definitions )
             text += fmt::format( " ({})", key.unit_text );
         if ( !key.source_text.empty() )
             text += fmt::format( " [{}]", key.source_text );
+        if ( key.is_optional && key.otherwise != "absent" )
+            text += fmt::format( "; default: {}", key.otherwise );
         schema["description"] = text;
         if ( key.default_value )
             schema["default"] = *key.default_value;

@@ -94,8 +94,9 @@ struct Parameter
     //! The key may be absent and then has this value. An empty list is
     //! Json::array(), an empty object Json::object(): {} would be null.
     Parameter& defaultsTo( Json value );
-    //! The key may be absent and then stays absent in the resolved input.
-    Parameter& optional();
+    //! The key may be absent and then stays absent in the resolved input, or
+    //! whoever declares it fills it in. \param otherwise the default, in words
+    Parameter& optional( std::string otherwise = "absent" );
     //! Each number must be > bound. Like the next three, this applies to
     //! numbers, whole numbers, and every entry of vectors and points.
     Parameter& above( double bound );
@@ -121,6 +122,7 @@ struct Parameter
     std::string source_text;
     std::optional<Json> default_value;
     bool is_optional = false;
+    std::string otherwise; //!< of what is optional
     bool is_non_empty = false;
     std::optional<double> greater_than;
     std::optional<double> minimum;
@@ -264,7 +266,10 @@ Json resolve( const Json& input, const Parameters& parameters,
 void applyOverride( Json& input, const std::string& assignment );
 
 //! Help text: a table of all keys, those of nested objects under dotted names.
-std::string describe( const Parameters& parameters );
+//! \param name of keys of this name alone, or dotted name; empty: of all
+//! \return empty: there is no key of that name
+std::string describe( const Parameters& parameters,
+                      const std::string& name = "" );
 
 /*!
   \brief JSON Schema (draft 7) of the declared object.

@@ -68,7 +68,8 @@ std::vector<Section> catalogue()
     auto method = [&]( const std::string& name, const std::string& summary )
     {
         Parameters p( name, summary, 0 );
-        p.object( "method", find( "method" ), "the input's method object" );
+        p.object( "method", methodParameters( name, 0 ),
+                  "the input's method object" );
         return p;
     };
     auto basis = []( const char* name, const int degree, const char* nodes )
@@ -114,15 +115,49 @@ bool listEntries( const std::string& key )
     return found;
 }
 
-//! What the catalogue knows by a name, or what there is of an input's key.
+//! The rows of a key, for each object that has it.
+//! \return is there any?
+bool describeKey( const std::string& key )
+{
+    std::string text, of_input;
+    for ( const auto& section : catalogue() )
+        for ( const auto& entry : section.entries )
+        {
+            const auto rows = describe( entry, key );
+            if ( rows.empty() )
+                continue;
+            // The objects of an input are entries, too.
+            auto& place = entry.name() == "input" ? of_input : text;
+            place += fmt::format( "{}{} ({}): {}\n{}",
+                                  place.empty() ? "" : "\n", entry.name(),
+                                  section.title, entry.summary(), rows );
+        }
+    fmt::print( "{}", text.empty() ? of_input : text );
+    return !text.empty() || !of_input.empty();
+}
+
+void addKeyNames( const Parameters& parameters,
+                  std::vector<std::string>& names )
+{
+    for ( const auto& key : parameters.keys() )
+    {
+        names.push_back( key.name );
+        if ( key.nested )
+            addKeyNames( *key.nested, names );
+    }
+}
+
+//! What the catalogue knows by a name, what there is of an input's key, or what
+//! has such a key.
 void describeByName( const std::string& name )
 {
-    std::vector<std::string> names;
+    std::vector<std::string> names, keys;
     bool found = false;
     for ( const auto& section : catalogue() )
         for ( const auto& entry : section.entries )
         {
             names.push_back( entry.name() );
+            addKeyNames( entry, keys );
             if ( entry.name() != name )
                 continue;
             fmt::print( "{}{} ({}): {}\n", found ? "\n" : "", entry.name(),
@@ -130,8 +165,9 @@ void describeByName( const std::string& name )
             fmt::print( "{}", describe( entry ) );
             found = true;
         }
-    if ( found || listEntries( name ) )
+    if ( found || listEntries( name ) || describeKey( name ) )
         return;
+    names.insert( names.end(), keys.begin(), keys.end() );
     const auto near = nearest( name, names );
     throw InputError( { fmt::format(
         "describe: nothing is called \"{}\"{}; see machpoint list", name,
@@ -211,7 +247,7 @@ void answer( const CLI::App& app, const std::string& name )
     else if ( app.got_subcommand( "describe" ) )
         describeByName( name );
     else
-        fmt::print( "{}\n", jsonSchema( inputParameters( 0 ) ).dump( 2 ) );
+        fmt::print( "{}\n", inputSchema().dump( 2 ) );
 }
 
 //! Runs a study, whose runs are processes of their own: this one needs no
@@ -396,8 +432,9 @@ int runCommandLine( int argc, char** argv )
                             "check the study and name its runs" );
     app.add_subcommand( "list", "list methods, bases, physics, boundaries, "
                                 "shapes, initial and exact states" );
-    app.add_subcommand( "describe", "parameters of what `list` names" )
-        ->add_option( "NAME", file, "as in `list`" )
+    app.add_subcommand( "describe",
+                        "parameters of what `list` names, or one of them" )
+        ->add_option( "NAME", file, "as in `list`, or a key" )
         ->required();
     app.add_subcommand( "schema", "JSON Schema of an input" );
     try

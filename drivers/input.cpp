@@ -31,41 +31,74 @@ constexpr double most_steps = 1e9;
 constexpr double most_outputs = 1e8;
 } // namespace
 
+Parameters methodParameters( const std::string& name, const int dimension )
+{
+    const bool is_any = name.empty();
+    const bool has_parts = is_any || name == Conservative::name;
+    using Names = std::vector<std::string>;
+    Parameters method( "method", "numerical method", dimension );
+    auto& names = method.choice(
+        "name",
+        is_any ? Names{ Paper::name, Apic::name, Conservative::name }
+               : Names{ name },
+        "time stepping method" );
+    auto& basis = method.choice(
+        "basis", { Linear::name, Quadratic::name, Cubic::name }, "B-splines" );
+    auto& time = method.choice( "time",
+                                has_parts ? Names{ "symplectic", "midpoint" }
+                                          : Names{ "symplectic" },
+                                "time integrator" );
+    if ( is_any )
+    {
+        basis.optional( "linear of paper, else quadratic" );
+        time.optional( "midpoint of conservative, else symplectic" );
+        time.description += "; midpoint is of conservative alone";
+    }
+    else
+    {
+        basis.defaultsTo( name == Paper::name  ? Paper::default_basis
+                          : name == Apic::name ? Apic::default_basis
+                                               : Conservative::default_basis );
+        time.defaultsTo( has_parts ? ConservativeParts::default_time
+                                   : "symplectic" );
+    }
+    if ( !has_parts )
+        return method;
+    names.defaultsTo( Conservative::name );
+    time.switches( "midpoint", "symplectic" );
+    const auto parts = ConservativeParts::declare( dimension );
+    const auto in_1d = ConservativeParts::declare( 1 );
+    for ( std::size_t k = 0; k < parts.keys().size(); ++k )
+    {
+        const auto& part = parts.keys()[k];
+        auto& key = part.kind == Parameter::Kind::Boolean
+                        ? method.boolean( part.name, part.description )
+                        : method.number( part.name, part.description );
+        key = part;
+        const auto& value = *part.default_value;
+        const auto& line = *in_1d.keys()[k].default_value;
+        const bool differs = dimension == 0 && line != value;
+        // No default applies before method and dimension are known.
+        if ( is_any || differs )
+        {
+            key.optional( differs ? fmt::format( "{} in 1D, else {}",
+                                                 line.get<double>(),
+                                                 value.get<double>() )
+                                  : value.dump() );
+            key.default_value.reset();
+        }
+        if ( is_any )
+            key.description += " (of conservative alone)";
+    }
+    return method;
+}
+
 Parameters inputParameters( const int dimension )
 {
     Parameters grid( "grid", "uniform Cartesian grid", dimension );
     grid.vector( "lower", "lower corner of the domain" ).unit( "length" );
     grid.vector( "upper", "upper corner of the domain" ).unit( "length" );
     grid.integerVector( "cells", "number of cells" ).atLeast( 1 ).atMost( 1e8 );
-
-    Parameters method( "method", "numerical method", dimension );
-    method
-        .choice( "name", { Paper::name, Apic::name, Conservative::name },
-                 "time stepping method" )
-        .defaultsTo( Conservative::name );
-    method
-        .choice( "basis", { Linear::name, Quadratic::name, Cubic::name },
-                 "B-splines; by default linear for paper, else quadratic" )
-        .optional();
-    method
-        .choice( "time", { "symplectic", "midpoint" },
-                 "time integrator; midpoint is conservative's default, and "
-                 "its alone" )
-        .switches( "midpoint", "symplectic" )
-        .optional();
-    // The parts of conservative are its alone, so no default applies yet.
-    for ( const auto parts = ConservativeParts::declare( dimension );
-          const auto& part : parts.keys() )
-    {
-        auto& key = part.kind == Parameter::Kind::Boolean
-                        ? method.boolean( part.name, part.description )
-                        : method.number( part.name, part.description );
-        key = part;
-        key.description +=
-            fmt::format( " (conservative: {})", part.default_value->dump() );
-        key.default_value.reset();
-        key.optional();
-    }
 
     Parameters particles( "particles", "the gas's particles", dimension );
     particles.integer( "per_cell", "particles per cell" )
@@ -92,9 +125,8 @@ Parameters inputParameters( const int dimension )
                         "crosses in a step" )
         .above( 0 )
         .atMost( 100 )
-        .source( "stable up to the limits in docs/stability.md; 0.8 for "
-                 "midpoint, on the linear basis 0.5, else 0.4" )
-        .optional();
+        .source( "stable up to the limits in docs/stability.md" )
+        .optional( "0.8 of midpoint, 0.5 on the linear basis; else 0.4" );
     time.integer( "retries", "how often a step that breaks the gas is repeated "
                              "with half its length before the run ends" )
         .atLeast( 0 )
@@ -174,7 +206,8 @@ Parameters inputParameters( const int dimension )
         .nonEmpty();
     all.integer( "dimension", "number of axes" ).atLeast( 1 ).atMost( 3 );
     all.object( "grid", grid, "the domain and its cells" );
-    all.object( "method", method, "how the equations are solved" );
+    all.object( "method", methodParameters( "", dimension ),
+                "how the equations are solved" );
     all.object( "particles", particles, "how many particles, and where" );
     all.listOf( "physics", physicsFamily(),
                 "the gas and the effects that act on it, in order" )
@@ -196,6 +229,23 @@ Parameters inputParameters( const int dimension )
     all.object( "output", output, "what is written" );
     all.object( "checkpoint", checkpoint, "what to restart from, and when" );
     return all;
+}
+
+Json inputSchema()
+{
+    auto schema = jsonSchema( inputParameters( 0 ) );
+    auto& method = schema["properties"]["method"];
+    for ( const auto* name : { Paper::name, Apic::name } )
+    {
+        Json is_it, own;
+        is_it["properties"]["name"]["const"] = name;
+        is_it["required"] = Json::array( { "name" } );
+        own["properties"] =
+            jsonSchema( methodParameters( name, 0 ) )["properties"];
+        own["additionalProperties"] = false;
+        method["allOf"].push_back( { { "if", is_it }, { "then", own } } );
+    }
+    return schema;
 }
 
 std::string readFile( const std::string& file )
@@ -599,16 +649,10 @@ void fillMethodDefaults( Json& input, const SoundKeys& sound )
         if ( !object.contains( key ) )
             object[key] = value;
     };
-    const bool conservative = method.at( "name" ) == Conservative::name;
-    fill( method, "basis",
-          method.at( "name" ) == Paper::name ? Paper::default_basis
-                                             : Apic::default_basis );
-    fill( method, "time",
-          conservative ? ConservativeParts::default_time : "symplectic" );
-    if ( conservative )
-        for ( const auto parts = ConservativeParts::declare( dimension );
-              const auto& part : parts.keys() )
-            fill( method, part.name, *part.default_value );
+    for ( const auto own = methodParameters( method.at( "name" ), dimension );
+          const auto& key : own.keys() )
+        if ( key.default_value )
+            fill( method, key.name, *key.default_value );
     if ( sound.have( { "time" } ) )
         fill( input.at( "time" ), "cfl",
               ConservativeParts::defaultCfl( method.at( "time" ),

@@ -16,6 +16,14 @@ namespace Machpoint
 //! All keys of an input. \param dimension 1 to 3, or 0 for any
 Parameters inputParameters( int dimension );
 
+//! The keys of `method`. \param name of the method, or empty: those of all
+//! \param dimension 1 to 3, or 0 for any
+Parameters methodParameters( const std::string& name, int dimension );
+
+//! JSON Schema of an input, where a method refuses what another one alone
+//! takes.
+Json inputSchema();
+
 //! The text of a file. \throws InputError that names the file
 std::string readFile( const std::string& file );
 

@@ -581,6 +581,10 @@ class Usage(CommandLineTest):
                 result = machpoint("describe", name)
                 self.assertCode(result, FINISHED)
                 self.assertTrue(result.stdout.startswith(name), result.stdout)
+                # Its title stands once.
+                titles = [line for line in result.stdout.splitlines()
+                          if line.startswith(name)]
+                self.assertEqual(len(titles), names.count(name), titles)
 
     def test_description_of_a_parameter(self):
         text = machpoint("describe", "ideal_gas").stdout
@@ -597,6 +601,58 @@ class Usage(CommandLineTest):
             for line in result.stdout.splitlines():
                 self.assertEqual(line.split()[0], key)
         self.assertIn("ranks", machpoint("describe", "decomposition").stdout)
+
+    def test_keys_are_described(self):
+        text = machpoint("describe", "gamma").stdout
+        for name in ["ideal_gas", "stiffened_gas"]:
+            self.assertRegex(text, f"(?m)^{name} \\(physics\\): ")
+        self.assertEqual(len(re.findall(r"(?m)^  gamma ", text)), 2, text)
+        self.assertNotIn("reference_pressure", text)
+        # Of an object's key that the whole input has, too.
+        text = machpoint("describe", "per_cell").stdout
+        self.assertTrue(text.startswith("particles (input)"), text)
+        self.assertEqual(text.count("per_cell"), 1, text)
+        # A key of the whole input alone.
+        self.assertIn("  reproducible ", machpoint("describe", "reproducible").stdout)
+        result = machpoint("describe", "gama")
+        self.assertCode(result, WRONG_INPUT)
+        self.assertIn('did you mean "gamma"?', result.stderr)
+
+    def described(self, name):
+        """Key -> default, from `describe`."""
+        rows = [re.split(r" {2,}", line.strip()) for line in
+                machpoint("describe", name).stdout.splitlines()[1:]
+                if re.match(r"  \S", line)]
+        column = rows[0].index("default")
+        return {row[0]: row[column] for row in rows[1:]}
+
+    def test_a_method_is_described_by_its_own_keys(self):
+        for method in ["paper", "apic", "conservative"]:
+            found = self.described(method)
+            for scene in ["sod", "cylinder_mach3", "sedov_3d"]:
+                self.run_scene(scene, method)
+                used = self.summary()["input"]["method"]
+                self.assertEqual({f"method.{key}" for key in used},
+                                 set(found) - {"method"})
+                for key, value in used.items():
+                    if key == "name":
+                        continue
+                    default = found[f"method.{key}"]
+                    if " in 1D, else " in default:
+                        default = default.split(" in 1D, else ")[
+                            SHIPPED[f"{scene}.json"]["dimension"] > 1]
+                    self.assertEqual(json.loads(default), value, key)
+        self.assertEqual(self.described("conservative")["method.blend"],
+                         "0.1 in 1D, else 0.3")
+
+    def run_scene(self, scene, method):
+        """Of a method's defaults, at its start."""
+        cells = [16] * SHIPPED[f"{scene}.json"]["dimension"]
+        result = machpoint(
+            "run", INPUTS / f"{scene}.json", "--output", self.output, "--overwrite",
+            "--max-steps", "0", "--set", f'method={{"name":"{method}"}}', "--set",
+            f"grid.cells={json.dumps(cells)}", "--set", "output={\"particles\":false}")
+        self.assertCode(result, FINISHED)
 
     def test_describe_suggests(self):
         result = machpoint("describe", "artifical_viscosity")

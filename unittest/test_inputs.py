@@ -190,7 +190,9 @@ class Validity(InputTest):
                             (("physics", 0, "gamma"), 1),
                             (("boundary", 0, "side"), "left"),
                             (("boundary", 0, "tpye"), "slip_wall"),
-                            (("particles", "per_cell"), 3.7)]:
+                            (("particles", "per_cell"), 3.7),
+                            (("method",), {"name": "apic", "blend": 0.1}),
+                            (("method",), {"name": "paper", "time": "midpoint"})]:
             with self.subTest(place=path):
                 scene = json.loads(json.dumps(SCENES["sod"]))
                 parent = scene

@@ -719,15 +719,39 @@ TEST( Parameters, HelpShowsEverythingDeclared )
 {
     const auto text = describe( scene( 2 ) );
     for ( const std::string part :
-          { "scene: a test\n", "key", "cfl", "cell widths", "0.4",
-            "> 0 and <= 1", "Courant number [eq. 3]",
-            "linear, quadratic, cubic", "grid.cells", "list of 2 whole numbers",
-            "required", "absent", "shape: sphere, union, polygon",
-            "output.pictures", "its name (not empty)" } )
+          { "key", "cfl", "cell widths", "0.4", "> 0 and <= 1",
+            "Courant number [eq. 3]", "linear, quadratic, cubic", "grid.cells",
+            "list of 2 whole numbers", "required", "absent",
+            "shape: sphere, union, polygon", "output.pictures",
+            "its name (not empty)" } )
         EXPECT_TRUE( contains( text, part ) ) << part << "\n" << text;
+    EXPECT_FALSE( contains( text, "a test" ) ); // whoever asks has a title
     EXPECT_FALSE( contains( describe( scene( 3 ) ), "polygon" ) );
     EXPECT_TRUE( contains( describe( Parameters( "none", "nothing", 1 ) ),
                            "no parameters" ) );
+}
+
+TEST( Parameters, HelpOfOneKey )
+{
+    for ( const std::string name : { "cells", "grid.cells" } )
+    {
+        const auto text = describe( scene( 2 ), name );
+        EXPECT_TRUE( contains( text, "grid.cells" ) ) << text;
+        EXPECT_TRUE( contains( text, "default" ) ) << text;
+        EXPECT_FALSE( contains( text, "lower" ) ) << text;
+    }
+    EXPECT_EQ( describe( scene( 2 ), "ells" ), "" );
+    EXPECT_EQ( describe( Parameters( "none", "nothing", 1 ), "cells" ), "" );
+}
+
+TEST( Parameters, DefaultsInWords )
+{
+    Parameters parameters( "test", "a test", 1 );
+    parameters.number( "a", "one" ).optional( "2 in 1D, else 3" );
+    EXPECT_TRUE( contains( describe( parameters ), "  2 in 1D, else 3\n" ) );
+    EXPECT_EQ( jsonSchema( parameters )["properties"]["a"]["description"],
+               "one; default: 2 in 1D, else 3" );
+    EXPECT_EQ( errorsOf( Json::object(), parameters ), Messages() );
 }
 
 TEST( Parameters, SchemaMirrorsTheDeclaration )

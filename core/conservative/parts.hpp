@@ -84,14 +84,13 @@ struct ConservativeParts
             .defaultsTo( 0.2 )
             .source( "docs/conservative.md, section 3" );
         p.number( "volume_relaxation", "kd: rate, in units of the strain, at "
-                                       "which volumes return to true space; "
-                                       "1D: 0" )
+                                       "which volumes return to true space" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 1 )
             .switches( "volume relaxation", 0 )
             .source( "docs/conservative.md, section 7" );
         p.number( "particle_shifting", "ks: speed, in sound speeds, at which "
-                                       "particles leave crowds; 1D: 0" )
+                                       "particles leave crowds" )
             .atLeast( 0 )
             .atMost( 1 )
             .defaultsTo( line ? 0 : 0.2 )
@@ -104,13 +103,13 @@ struct ConservativeParts
             .switches( "viscosity limiter", false )
             .source( "Christensen 1990, Balsara 1995" );
         p.number( "blend", "beta_0: share of the grid's velocity that a "
-                           "particle takes; 1 is APIC, 0 affine FLIP; 1D: 0.1" )
+                           "particle takes; 1 is APIC, 0 affine FLIP" )
             .atLeast( 0 )
             .atMost( 1 )
             .defaultsTo( line ? 0.1 : 0.3 )
             .source( "Fei et al. 2021 (AFLIP)" );
         p.number( "blend_in_compression",
-                  "kb: beta_0 grows by kb phi h |D| / c in shocks; 1D: 0" )
+                  "kb: beta_0 grows by kb phi h |D| / c in shocks" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 20 )
             .switches( "blend in compression", 0 )
@@ -121,22 +120,21 @@ struct ConservativeParts
             .switches( "loss return", false )
             .source( "docs/conservative.md, section 5" );
         p.number( "pressure_relaxation",
-                  "eta: exchange of volume between particles of a cell; "
-                  "1D: 0.05" )
+                  "eta: exchange of volume between particles of a cell" )
             .atLeast( 0 )
             .atMost( 0.5 )
             .defaultsTo( line ? 0.05 : 0 )
             .switches( "pressure relaxation", 0 )
             .source( "after Tipton 1989; docs/conservative.md, section 8" );
         p.number( "heat_mixing", "ck: exchange of heat in compression, in "
-                                 "units of |D|; 1D: 2" )
+                                 "units of |D|" )
             .atLeast( 0 )
             .defaultsTo( line ? 2 : 0 )
             .switches( "heat mixing", 0 )
             .source( "after Noh 1987; docs/conservative.md, section 8" );
         p.number( "heat_conduction",
                   "kc: exchange of heat in units of what the transfer's "
-                  "friction heats a particle by, relative to its own; 1D: 0" )
+                  "friction heats a particle by, relative to its own" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 20 )
             .switches( "heat conduction", 0 )
@@ -154,7 +152,7 @@ struct ConservativeParts
             .defaultsTo( 1.0 / 16 )
             .source( "docs/conservative.md, section 9" );
         p.number( "merge_volume", "joint volume below which two alike "
-                                  "particles become one; 1D: 0" )
+                                  "particles become one" )
             .unit( "cells" )
             .atLeast( 0 )
             .defaultsTo( line ? 0 : 0.125 )
