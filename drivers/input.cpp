@@ -675,6 +675,10 @@ void fillMethodDefaults( Json& input, const SoundKeys& sound )
 Json resolveInput( const Json& input, const std::string& file,
                    std::vector<std::string> errors )
 {
+    if ( input.is_object() && input.contains( "study" ) &&
+         !input.contains( "scene" ) )
+        throw InputError( { file + ": a study, not an input of one run; give "
+                                   "it to machpoint study" } );
     int dimension = 0;
     if ( input.is_object() && input.contains( "dimension" ) )
     {

@@ -191,6 +191,10 @@ class Reader
     Study read()
     {
         _written = parseJson( readFile( _file ), _file, _errors );
+        if ( _written.is_object() && _written.contains( "scene" ) &&
+             !_written.contains( "study" ) )
+            throw InputError( { _file + ": an input of one run, not a study; "
+                                        "give it to machpoint run" } );
         _json = resolve( _written, studyParameters(), _file, _errors );
         if ( _json.contains( "kind" ) && _json.at( "kind" ) == "effects" )
             _study.kind = StudyKind::effects;

@@ -462,6 +462,17 @@ class WrongInput(CommandLineTest):
                          ["--set nothing.here=1", "--set time.cfl", str(SOD)])
         self.assertIn("physics.1.linear=0.3", result.stderr)
 
+    def test_a_study_is_told_from_an_input(self):
+        study = INPUTS / "studies/sod.json"
+        for file, verbs, right in [(study, ["run", "check"], "machpoint study"),
+                                   (SOD, ["study"], "machpoint run")]:
+            for verb in verbs:
+                result = machpoint(verb, file, cwd=self.directory)
+                self.assertCode(result, WRONG_INPUT)
+                line, = result.stderr.splitlines()
+                self.assertTrue(line.startswith(f"{file}: "), line)
+                self.assertIn(f"give it to {right}", line)
+
     def test_conflicts_are_reported_at_once(self):
         result = machpoint("check", SOD, "--set", "grid.upper=[-1]", "--set",
                            "boundary.0.type=periodic", "--set",
