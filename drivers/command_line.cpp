@@ -38,6 +38,15 @@ namespace Machpoint
 namespace
 {
 
+//! What this build is and stands on, a name and its value a line.
+std::string versionText()
+{
+    return fmt::format( "machpoint {}\nrevision {}\nbackend {}\n"
+                        "precision {}\n{}",
+                        version, revision, ExecutionSpace::name(),
+                        precision_name, libraries );
+}
+
 constexpr auto out_of_memory =
     "out of memory; take fewer cells or particles per cell";
 
@@ -354,7 +363,7 @@ int runCommandLine( int argc, char** argv )
     const Communicator ranks;
     CLI::App app( "Material Point Method for compressible gas flow",
                   "machpoint" );
-    app.set_version_flag( "--version", revision );
+    app.set_version_flag( "--version", versionText() );
     app.require_subcommand( 1 );
     std::string file;
     std::vector<std::string> overrides;

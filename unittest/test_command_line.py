@@ -559,12 +559,30 @@ class Usage(CommandLineTest):
         result = machpoint("run", "missing.json", cwd=self.directory)
         self.assertIn("missing.json", result.stderr)
 
-    def test_help_and_version(self):
-        for arguments in [["--help"], ["run", "--help"], ["--version"]]:
+    def test_help(self):
+        for arguments in [["--help"], ["run", "--help"]]:
             result = machpoint(*arguments)
             self.assertCode(result, FINISHED)
             self.assertNotEqual(result.stdout.strip(), "")
             self.assertEqual(result.stderr, "")
+
+    def test_version(self):
+        result = machpoint("--version")
+        self.assertEqual((result.returncode, result.stderr), (FINISHED, ""))
+        found = dict(line.split(" ", 1) for line in result.stdout.splitlines())
+        self.assertEqual(list(found), ["machpoint", "revision", "backend", "precision",
+                                       "Kokkos", "MPI", "HDF5", "Cabana"])
+        self.assertRegex(found["machpoint"], r"^\d+\.\d+\.\d+$")
+        self.assertRegex(found["revision"], r"^(unknown|[-\w.]+)$")
+        self.assertIn(found["precision"], ["double", "mixed", "single"])
+        self.assertRegex(found["Kokkos"], r"^\d+\.\d+")
+        for name in ["MPI", "HDF5"]:
+            self.assertRegex(found[name], r"^(no$|\d+\.\d+)")
+        self.assertRegex(found["Cabana"], "(bundled|external)$")
+        # A run tells the same of itself.
+        self.run_sod("--max-steps", "0")
+        for name in ["revision", "backend", "precision"]:
+            self.assertEqual(found[name], self.summary()[name])
 
     def test_check_writes_nothing(self):
         result = machpoint("check", SOD, cwd=self.directory)

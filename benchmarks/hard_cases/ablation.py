@@ -117,8 +117,9 @@ def main():
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
     machpoint = str(pathlib.Path(arguments.machpoint).resolve())
-    revision = subprocess.run([machpoint, "--version"], check=True, text=True,
-                              capture_output=True).stdout.strip()
+    version = subprocess.run([machpoint, "--version"], check=True, text=True,
+                             capture_output=True).stdout
+    revision = version.split("revision ")[1].split()[0]
     output = pathlib.Path(arguments.output)
 
     rows, speeds = {}, {}

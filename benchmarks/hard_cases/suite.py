@@ -60,9 +60,9 @@ class Suite:
         self.identity = digest(digest_of_file(self.machpoint), *(
             digest_of_file(path) for path in sorted(here.glob("*.py"))
             if path.stem not in ("__main__", "ablation", "report")))
-        self.revision = subprocess.run(
-            [self.machpoint, "--version"], check=True, capture_output=True,
-            text=True).stdout.strip()
+        version = subprocess.run([self.machpoint, "--version"], check=True,
+                                 capture_output=True, text=True).stdout
+        self.revision = version.split("revision ")[1].split()[0]
         (self.output / "results").mkdir(parents=True, exist_ok=True)
 
     @staticmethod

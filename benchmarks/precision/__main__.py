@@ -133,8 +133,7 @@ def main():
                          "benchmarks/precision/__main__.py")
     watch = machine.Watch()
     with tempfile.TemporaryDirectory() as scratch:
-        revisions = {jobs.execute([path, "--version"], 1).strip()
-                     for path in builds.values()}
+        revisions = {jobs.revision(path) for path in builds.values()}
         if len(revisions) > 1:
             parser.error(f"the builds are of {' and '.join(sorted(revisions))}"
                          ": build all anew")
@@ -155,7 +154,7 @@ def main():
             1 if fast else arguments.rounds)
     text = (f"Written by `python3 benchmarks/precision --docs` "
             f"({arguments.rounds} rounds, one thread) on {machine.processor()}; "
-            f"revision `{jobs.execute([builds['single'], '--version'], 1).strip()}`. "
+            f"revision `{jobs.revision(builds['single'])}`. "
             f"{machine.in_words(watch.report(spreads))}\n\n"
             f"{speeds}\nErrors of the density (L1) at the end, all with "
             f"`conservative`:\n\n{errors}\n"

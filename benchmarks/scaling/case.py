@@ -68,9 +68,9 @@ class Bench:
 
     def __init__(self, machpoint, mpiexec, output):
         self.machpoint = pathlib.Path(machpoint).resolve()
-        self.revision = subprocess.run(
-            [self.machpoint, "--version"], check=True, capture_output=True,
-            text=True).stdout.strip()
+        version = subprocess.run([self.machpoint, "--version"], check=True,
+                                 capture_output=True, text=True).stdout
+        self.revision = version.split("revision ")[1].split()[0]
         self.mpiexec = shlex.split(mpiexec)
         self.output = pathlib.Path(output)
         self.commands = {}

@@ -24,9 +24,9 @@ class Runner:
             (page.ROOT / "input" / f"{scene}.json").read_text())
         self.scene.pop("exact", None)
         self.scene["output"] = {"particles": False, "grid": False}
-        self.revision = subprocess.run(
-            [executable, "--version"], check=True, capture_output=True,
-            text=True).stdout.strip()
+        version = subprocess.run([executable, "--version"], check=True,
+                                 capture_output=True, text=True).stdout
+        self.revision = version.split("revision ")[1].split()[0]
 
     def run(self, cells, steps):
         """summary.json after some steps, or at the end of the scene; None and

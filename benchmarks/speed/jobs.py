@@ -46,7 +46,7 @@ def execute(words, threads):
 
 def revision(machpoint):
     """What a program says that it was built of."""
-    return execute([machpoint, "--version"], 1).strip()
+    return execute([machpoint, "--version"], 1).split("revision ")[1].split()[0]
 
 
 def kernels(executable, expected, method, dim, order, particles, threads):
