@@ -290,11 +290,14 @@ Json makeSummary( Simulation& simulation, const Json& input,
 std::string formatSummary( const Json& s )
 {
     const double wall = s.at( "wall_seconds" );
+    double total = 0; // wall_seconds is without set-up and first output
+    for ( const auto& e : s.at( "phases" ) )
+        total += e.at( "seconds" ).get<double>();
     auto share = [&]( const Json& e )
     {
         const double seconds = e.at( "seconds" );
         return fmt::format( "{:>10.3f} s {:>5.1f} %", seconds,
-                            wall > 0 ? 100 * seconds / wall : 0.0 );
+                            total > 0 ? 100 * seconds / total : 0.0 );
     };
     const int ranks = s.at( "ranks" );
     std::string text = fmt::format(

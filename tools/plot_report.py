@@ -48,7 +48,7 @@ def report(summary, pictures):
               table(["", "value"], [("", [name.replace("_", " "), number(value, ".4g")])
                                     for name, value in extrema.items()]
                     + [("", ["steps repeated", summary["retries"]])])]
-    whole = summary["wall_seconds"]
+    whole = sum(phase["seconds"] for phase in summary["phases"])
     parts += ["<h2>Where the time went</h2>",
               table(["phase", "seconds", "share"],
                     [("", [p["name"], number(p["seconds"]), share(p["seconds"], whole)])

@@ -741,6 +741,17 @@ class Run(CommandLineTest):
             self.assertIn(text, result.stdout)
         self.assertIn(str(self.output), result.stdout)
 
+    def test_shares_are_of_the_whole(self):
+        # Of a run that is all set-up and first output.
+        result = self.run_sod("--max-steps", "0")
+        phases, effects = result.stdout.split("\n  effect")
+        shares = [float(found) for found in re.findall(r" ([\d.]+) %", phases)]
+        self.assertGreater(len(shares), 1, result.stdout)
+        # Each is rounded to a tenth.
+        self.assertAlmostEqual(sum(shares), 100, delta=0.05 * len(shares) + 1e-9)
+        for share in re.findall(r" ([\d.]+) %", effects):
+            self.assertLessEqual(float(share), 100)
+
     def test_default_output(self):
         result = machpoint("run", SOD, "--max-steps", "1", cwd=self.directory)
         self.assertCode(result, FINISHED)
