@@ -33,6 +33,9 @@ constexpr int least_thickness = 5;
 //! Angle with a wall below which a body that rises from it starts late,
 //! degrees (docs/conservative.md, section 6).
 constexpr double least_slope = 25;
+//! Of time.cfl, up to which all hard cases were run (docs/method.md, section
+//! 6).
+constexpr double largest_cfl = 1.2;
 //! Differences of a uniform gas, relative: what a few operations round.
 constexpr double same = 1e-12;
 
@@ -542,6 +545,13 @@ std::vector<std::string> findWarnings( const Json& input )
 {
     checkSides( input );
     auto [facts, warnings] = surveyInput( input );
+    if ( const double cfl = input.at( "time" ).at( "cfl" ); cfl > largest_cfl )
+        warnings.push_back( fmt::format(
+            "/time/cfl: {:g} is more than all hard cases were run with: with "
+            "midpoint they repeat 8 steps at 0.8, 15 at 1 and 288 at {:g} "
+            "(docs/method.md, section 6), and symplectic and other methods "
+            "stand less in some scenes (docs/stability.md); take {:g} or less",
+            cfl, largest_cfl, largest_cfl ) );
     for ( const auto& doubt : findExactDoubts( input ) )
         warnings.push_back( doubt );
     for ( const auto& factory : physicsModules<3>() )

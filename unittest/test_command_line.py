@@ -1073,6 +1073,11 @@ class Warnings(unittest.TestCase):
             "moving_contact", self.BARE, "boundary.1.pressure=1",
             "boundary.1.velocity=0.1"), [])
 
+    def test_steps_longer_than_measured(self):
+        line, = self.warnings("sod", "time.cfl=50", of="/time")
+        self.assertRegex(line, "/time/cfl: 50 is more than .* take 1.2 or less")
+        self.assertEqual(self.warnings("sod", "time.cfl=1.2", of="/time"), [])
+
     def test_no_shock_no_warning(self):
         for name, *assignments in [
             ("stationary_contact",), ("moving_contact",), ("receding",),
