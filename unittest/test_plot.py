@@ -6,6 +6,7 @@ The executable comes from MACHPOINT_EXECUTABLE. (Studies: test_study.py.)
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -48,6 +49,11 @@ class Pictures(unittest.TestCase):
         summary = json.loads((self.output / "summary.json").read_text())
         self.assertIn(f"{summary['errors']['density']['L1']:.4e}", page)
         self.assertIn(summary["revision"], page)
+        phases = page.split("Where the time went")[1].split("<h2>")[0]
+        shares = [float(found) for found in re.findall(r"([\d.]+) %", phases)]
+        self.assertEqual(len(shares), len(summary["phases"]))
+        # Each is rounded to a tenth.
+        self.assertAlmostEqual(sum(shares), 100, delta=0.05 * len(shares) + 1e-9)
         # One file, whole without a network.
         self.assertNotRegex(page, r'(src|href)="https?:')
         self.assertNotRegex(page, r"@import|<script|<link")
