@@ -56,7 +56,7 @@ class HaloExchange
                 pack( field, axis, columns, sides[s].send, _sent[s] );
             }
         // Also so that no kernel reads what the next message overwrites.
-        ExecutionSpace().fence( "Machpoint: halo packed" );
+        ExecutionSpace().fence( "Machpoint::haloPacked" );
         for ( int s = 0; s < 2; ++s )
             if ( sides[s].rank >= 0 )
                 // A message carries the side from which it left.

@@ -73,7 +73,7 @@ class Migration
     void exchange()
     {
         _packed = 0;
-        ExecutionSpace().fence( "Machpoint: particles packed" );
+        ExecutionSpace().fence( "Machpoint::particlesPacked" );
         if ( mpiReachesMemory() )
         {
             send( _sent.data(), _received.data() );
