@@ -11,7 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numeric>
+#include <string>
 
 namespace Machpoint
 {
@@ -123,6 +125,11 @@ std::vector<FieldError> measureErrors( const ParticleData& own,
 
 std::int64_t peakMemory()
 {
+    // Linux counts into ru_maxrss what the program had that started this one.
+    std::ifstream status( "/proc/self/status" );
+    for ( std::string line; std::getline( status, line ); )
+        if ( line.starts_with( "VmHWM:" ) )
+            return 1024 * std::stoll( line.substr( 6 ) ); // of KiB
     rusage usage{};
     getrusage( RUSAGE_SELF, &usage );
     return static_cast<std::int64_t>( usage.ru_maxrss ) * 1024;

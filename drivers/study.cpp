@@ -380,7 +380,8 @@ class Laboratory
             summary.value( "particle_updates_per_second", 0.0 ) * seconds );
         record["steps"] = summary.at( "steps" );
         record["particles"] = summary.value( "particles_final", 0 );
-        record["memory_bytes"] = result.peak_memory;
+        record["memory_bytes"] =
+            summary.value( "peak_memory_bytes", result.peak_memory );
         record["threads"] = summary.at( "threads" );
         record["kernels"] = summary.value( "kernels", std::int64_t( 0 ) );
         record["array_bytes"] =
