@@ -30,6 +30,7 @@
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <sstream>
 
 namespace Machpoint
@@ -55,6 +56,24 @@ const CLI::Validator
     not_empty( []( const std::string& text )
                { return text.empty() ? "must not be empty" : std::string(); },
                "" );
+
+//! Makes an option's text one that CLI11 reads as it is meant: to it a number
+//! that begins with 0 is octal, and one beyond the limit is the limit.
+const CLI::Validator whole_number(
+    []( std::string& text )
+    {
+        constexpr auto most = std::numeric_limits<std::int64_t>::max();
+        std::int64_t number = 0;
+        const char* end = text.data() + text.size();
+        const auto [rest, error] = std::from_chars( text.data(), end, number );
+        if ( error != std::errc() || rest != end || number < 0 )
+            return fmt::format( "must be a whole number from 0 to {}, not "
+                                "\"{}\"",
+                                most, text );
+        text = std::to_string( number );
+        return std::string();
+    },
+    "" );
 
 //! A heading of `list` and what stands below it.
 struct Section
@@ -395,7 +414,8 @@ int runCommandLine( int argc, char** argv )
         ->check( not_empty );
     run_command
         .add_option( "--max-steps", options.max_steps, "end after step STEPS" )
-        ->check( CLI::Range( std::int64_t( 0 ), options.max_steps, "STEPS" ) );
+        ->type_name( "STEPS" )
+        ->transform( whole_number );
     run_command.add_flag(
         "--estimate-error", options.estimate_error,
         "run the scene on half and a quarter of the cells along each axis, "

@@ -16,6 +16,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -23,6 +24,8 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <string>
+#include <utility>
 
 namespace fs = std::filesystem;
 
@@ -62,6 +65,16 @@ StudyRow newRow( const StudyRun& run, const Json& probes )
                { "cpu_rounds", Json::array() } } };
 }
 
+//! The decimal number that a text begins with, 0 if with none, and what
+//! follows.
+std::pair<double, std::string> leadingNumber( const std::string& text )
+{
+    double number = 0;
+    const char* end = text.data() + text.size();
+    const auto rest = std::from_chars( text.data(), end, number ).ptr;
+    return { number, std::string( rest, end ) };
+}
+
 //! An error that is to be reached.
 struct Target
 {
@@ -74,12 +87,10 @@ Target parseTarget( const std::string& text, const Study& study )
     const auto equals = text.find( '=' );
     const auto names = errorNames( study );
     Target target{ text.substr( 0, equals ) };
-    char* end = nullptr;
-    const auto number =
-        equals == std::string::npos ? "" : text.substr( equals + 1 );
-    target.value = std::strtod( number.c_str(), &end );
-    if ( number.empty() || *end != '\0' || !( target.value > 0 ) ||
-         !std::isfinite( target.value ) )
+    const auto [number, rest] = leadingNumber(
+        equals == std::string::npos ? "" : text.substr( equals + 1 ) );
+    target.value = number;
+    if ( !rest.empty() || !( number > 0 ) || !std::isfinite( number ) )
         throw InputError( { fmt::format(
             "--target {}: expected NAME=VALUE with a value > 0, as in {}=1e-3",
             text, study.error ) } );
@@ -98,13 +109,11 @@ Target parseTarget( const std::string& text, const Study& study )
 //! \return seconds
 double parseBudget( const std::string& text )
 {
-    char* end = nullptr;
-    const double number = std::strtod( text.c_str(), &end );
+    const auto [number, rest] = leadingNumber( text );
     const std::map<std::string, double> units = {
         { "", 1 }, { "s", 1 }, { "min", 60 }, { "h", 3600 } };
-    const auto unit = units.find( end );
-    if ( text.empty() || unit == units.end() || !( number > 0 ) ||
-         !std::isfinite( number ) )
+    const auto unit = units.find( rest );
+    if ( unit == units.end() || !( number > 0 ) || !std::isfinite( number ) )
         throw InputError( { fmt::format(
             "--budget {}: expected a time > 0, as in 20s, 3min or 1h",
             text ) } );

@@ -723,6 +723,17 @@ class Run(CommandLineTest):
         self.assertEqual(self.summary()["steps"], 7)
         self.assertTrue((self.output / "particles/00000007.h5").is_file())
 
+    def test_max_steps_are_decimal(self):
+        self.assertCode(self.run_sod("--max-steps", "00000010"), FINISHED)
+        self.assertEqual(self.summary()["steps"], 10)
+        for text in ["0x10", "1e3", "7 ", "+7", "99999999999999999999", "-3", ""]:
+            with self.subTest(text=text):
+                result = self.run_sod("--overwrite", f"--max-steps={text}")
+                self.assertCode(result, WRONG_INPUT)
+                self.assertRegex(result.stderr, "--max-steps: must (be a whole number "
+                                 "from 0 to 9223372036854775807|not be empty)")
+                self.assertEqual(self.summary()["steps"], 10)
+
     def test_memory_is_that_of_the_run(self):
         # Linux hands the largest memory of whoever starts a program on to it.
         ballast = b"x" * 2**29

@@ -328,6 +328,8 @@ class Advice(StudyTest):
             (["--target", "densty.L1=1"], 'did you mean "density.L1"?'),
             (["--target", "density.L1"], "NAME=VALUE"),
             (["--target", "density.L1=-1"], "NAME=VALUE"),
+            (["--target", "density.L1=0x1"], "NAME=VALUE"),
+            (["--budget", "0x10s"], "20s, 3min or 1h"),
             (["--budget", "3d"], "20s, 3min or 1h")]:
             with self.subTest(arguments=arguments):
                 shown = self.study(path, *arguments, code=WRONG_INPUT).stderr
