@@ -27,6 +27,7 @@
 #include <omp.h>
 #endif
 
+#include <algorithm>
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
@@ -375,6 +376,21 @@ int failTogether( const Communicator& ranks, const std::string& message,
     return code;
 }
 
+//! Refuses what CLI11 takes for something else.
+//! \throws CLI::ParseError
+void requireWords( const std::vector<std::string>& arguments )
+{
+    for ( const auto& word : arguments )
+    {
+        if ( word == "--" )
+            break;
+        // Of an unset shell variable; CLI11 would take the next word instead.
+        if ( word.starts_with( "--" ) && word.find( '=' ) == word.size() - 1 )
+            throw CLI::ValidationError( word.substr( 0, word.size() - 1 ),
+                                        "must not be empty" );
+    }
+}
+
 } // namespace
 
 int runCommandLine( int argc, char** argv )
@@ -468,6 +484,7 @@ int runCommandLine( int argc, char** argv )
     app.add_subcommand( "schema", "JSON Schema of an input" );
     try
     {
+        requireWords( { argv + std::min( argc, 1 ), argv + argc } );
         app.parse( argc, argv );
     }
     catch ( const CLI::ParseError& error )

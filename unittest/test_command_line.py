@@ -794,6 +794,13 @@ class Run(CommandLineTest):
             self.assertCode(result, WRONG_INPUT)
             self.assertIn(f"{option}: must not be empty", result.stderr)
             self.assertEqual(list(self.directory.iterdir()), [])
+        # Nor is it the next word.
+        for option in ("--restart", "--output", "--set"):
+            for word in ("--quiet", "time.end=0.1"):
+                result = machpoint("run", SOD, f"{option}=", word, cwd=self.directory)
+                self.assertCode(result, WRONG_INPUT)
+                self.assertIn(f"{option}: must not be empty", result.stderr)
+                self.assertEqual(list(self.directory.iterdir()), [])
 
     def test_more_outputs_than_can_be_counted(self):
         for words in ([], ["--estimate"]):
