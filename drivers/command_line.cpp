@@ -376,9 +376,10 @@ int failTogether( const Communicator& ranks, const std::string& message,
     return code;
 }
 
-//! Refuses what CLI11 takes for something else.
+//! Refuses what CLI11 takes for something else, or says too little of.
 //! \throws CLI::ParseError
-void requireWords( const std::vector<std::string>& arguments )
+void requireWords( const CLI::App& app,
+                   const std::vector<std::string>& arguments )
 {
     for ( const auto& word : arguments )
     {
@@ -389,6 +390,31 @@ void requireWords( const std::vector<std::string>& arguments )
             throw CLI::ValidationError( word.substr( 0, word.size() - 1 ),
                                         "must not be empty" );
     }
+    if ( arguments.empty() )
+        return;
+    const auto& first = arguments.front();
+    auto refuse =
+        [&first]( const char* kind, const std::vector<std::string>& known )
+    {
+        const auto near = nearest( first, known );
+        throw CLI::ParseError(
+            fmt::format( "unknown {} \"{}\"{}", kind, first,
+                         near.empty() ? ""
+                                      : "; did you mean \"" + near + "\"?" ),
+            CLI::ExitCodes::ExtrasError );
+    };
+    if ( first.starts_with( "-" ) )
+    {
+        if ( !app.get_option_no_throw( first ) )
+            refuse( "option", { "--help", "--version" } );
+        return;
+    }
+    std::vector<std::string> commands;
+    for ( const auto* command : app.get_subcommands( nullptr ) )
+        commands.push_back( command->get_name() );
+    if ( std::find( commands.begin(), commands.end(), first ) ==
+         commands.end() )
+        refuse( "command", commands );
 }
 
 } // namespace
@@ -484,7 +510,7 @@ int runCommandLine( int argc, char** argv )
     app.add_subcommand( "schema", "JSON Schema of an input" );
     try
     {
-        requireWords( { argv + std::min( argc, 1 ), argv + argc } );
+        requireWords( app, { argv + std::min( argc, 1 ), argv + argc } );
         app.parse( argc, argv );
     }
     catch ( const CLI::ParseError& error )

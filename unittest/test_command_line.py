@@ -546,6 +546,17 @@ class Usage(CommandLineTest):
                 self.assertNotEqual(result.stderr, "")
                 self.assertEqual(contents(self.directory), {})
 
+    def test_unknown_commands(self):
+        for words, message in [
+                (["chek", "a"], 'unknown command "chek"; did you mean "check"?'),
+                (["frobnicate"], 'unknown command "frobnicate"\n'),
+                (["-x"], 'unknown option "-x"\n'),
+                (["--versoin"], 'unknown option "--versoin"; did you mean "--version"?')]:
+            with self.subTest(words=words):
+                result = machpoint(*words)
+                self.assertCode(result, WRONG_INPUT)
+                self.assertIn(message, result.stderr)
+
     def test_threads_that_cannot_be(self):
         for name, text in [("KOKKOS_NUM_THREADS", "abc"), ("KOKKOS_NUM_THREADS", "0"),
                            ("KOKKOS_NUM_THREADS", ""), ("KOKKOS_NUM_THREADS", "513")]:

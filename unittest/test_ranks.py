@@ -103,7 +103,7 @@ class RanksTest(unittest.TestCase):
                 (["run", SOD, "--set", "method.basi=1"], "did you mean"),
                 (["check", self.output], "cannot be read"),
                 (["describe", "slip_wal"], "did you mean"),
-                (["nonsense"], "A subcommand is required")]:
+                (["nonsense"], 'unknown command "nonsense"')]:
             with self.subTest(arguments=arguments):
                 self.assertAnswer(self.start(*arguments), WRONG_INPUT, message)
 
