@@ -5,6 +5,7 @@
 #include <drivers/run.hpp>
 #include <drivers/study.hpp>
 #include <drivers/study_input.hpp>
+#include <drivers/tell.hpp>
 #include <drivers/warnings.hpp>
 
 #include <core/basis.hpp>
@@ -28,7 +29,9 @@
 #endif
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
@@ -287,8 +290,7 @@ int study( const Communicator& ranks, const std::string& file,
     if ( ranks.size() > 1 )
         throw InputError( { "machpoint study: is one process; start it without "
                             "mpirun" } );
-    const int code = runStudy( file, options );
-    return std::fflush( stdout ) == 0 ? code : io_failure;
+    return runStudy( file, options );
 }
 
 //! \throws InputError where processes that were started together know nothing
@@ -417,6 +419,16 @@ void requireWords( const CLI::App& app,
         refuse( "command", commands );
 }
 
+//! \return code; of a stdout that takes nothing, which stderr is told, that of
+//! a failure
+int flushed( const int code )
+{
+    if ( std::fflush( stdout ) == 0 && !std::ferror( stdout ) )
+        return code;
+    tell( "machpoint: cannot write to stdout: {}\n", std::strerror( errno ) );
+    return io_failure;
+}
+
 } // namespace
 
 int runCommandLine( int argc, char** argv )
@@ -519,7 +531,7 @@ int runCommandLine( int argc, char** argv )
         std::ostringstream nowhere;
         const int code = ranks.isRoot() ? app.exit( error )
                                         : app.exit( error, nowhere, nowhere );
-        return code == 0 ? finished : wrong_input;
+        return code == 0 ? flushed( finished ) : wrong_input;
     }
 
     try
@@ -528,7 +540,7 @@ int runCommandLine( int argc, char** argv )
         if ( const auto fault = faultOfThreads(); !fault.empty() )
             return failAlone( ranks, fault, wrong_input );
         if ( study_command.parsed() )
-            return study( ranks, file, study_options );
+            return flushed( study( ranks, file, study_options ) );
         std::optional<KokkosSession> kokkos;
         int code = finished;
         if ( app.got_subcommand( "run" ) || app.got_subcommand( "check" ) )
@@ -539,9 +551,7 @@ int runCommandLine( int argc, char** argv )
         }
         else if ( ranks.isRoot() )
             answer( app, file );
-        if ( std::fflush( stdout ) != 0 )
-            return io_failure;
-        return code;
+        return flushed( code );
     }
     catch ( const InputError& error )
     {
@@ -561,9 +571,11 @@ int runCommandLine( int argc, char** argv )
                                  io_failure );
         return failAlone( ranks, error.what(), io_failure );
     }
-    catch ( const std::system_error& )
+    catch ( const std::system_error& error )
     {
-        // A closed pipe or a full disk behind stdout or stderr.
+        // Of fmt: a closed pipe or a full disk.
+        tell( "machpoint: cannot write to stdout: {}\n",
+              error.code().message() );
         return endAlone( ranks, io_failure );
     }
     catch ( const std::bad_alloc& )

@@ -557,6 +557,19 @@ class Usage(CommandLineTest):
                 self.assertCode(result, WRONG_INPUT)
                 self.assertIn(message, result.stderr)
 
+    def test_stdout_that_cannot_be_written(self):
+        run = ["run", SOD, "--max-steps", "1", "--output", self.output]
+        for words in [["list"], ["schema"], ["--help"], ["--version"],
+                      ["check", SOD], run, [*run, "--overwrite", "--quiet"]]:
+            with self.subTest(words=words), open("/dev/full", "w") as full:
+                result = subprocess.run(
+                    [EXECUTABLE, *map(str, words)], stdin=subprocess.DEVNULL,
+                    stdout=full, stderr=subprocess.PIPE, text=True, timeout=20,
+                    env=ENVIRONMENT)
+                self.assertEqual(result.returncode, IO_FAILURE)
+                self.assertIn("machpoint: cannot write to stdout: No space left",
+                              result.stderr)
+
     def test_threads_that_cannot_be(self):
         for name, text in [("KOKKOS_NUM_THREADS", "abc"), ("KOKKOS_NUM_THREADS", "0"),
                            ("KOKKOS_NUM_THREADS", ""), ("KOKKOS_NUM_THREADS", "513")]:
