@@ -31,6 +31,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -433,6 +434,9 @@ int flushed( const int code )
 
 int runCommandLine( int argc, char** argv )
 {
+    // A file that grows beyond what `ulimit -f` allows is then an error of
+    // write, as a full disk is.
+    std::signal( SIGXFSZ, SIG_IGN );
     const Communicator ranks;
     CLI::App app( "Material Point Method for compressible gas flow",
                   "machpoint" );

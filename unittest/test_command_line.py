@@ -938,7 +938,6 @@ class Run(CommandLineTest):
                 output = self.directory / str(limit)
 
                 def fill():
-                    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
                     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
                 result = machpoint("run", SOD, "--output", output,
@@ -947,6 +946,16 @@ class Run(CommandLineTest):
                 self.assertIn(str(output), result.stderr)
                 self.assert_whole(output)
                 self.assertFalse((output / "summary.json").exists())
+
+    def test_full_disk_for_a_checkpoint(self):
+        # All else is smaller, checkpoints are not.
+        limit = 39000
+        result = self.run_sod(
+            "--max-steps", "2", "--set", 'checkpoint={"every_steps": 1}',
+            "--set", "output.particles=false", "--set", "grid.cells=[200]",
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        self.assertCode(result, IO_FAILURE)
+        self.assertIn(str(self.output / "checkpoints"), result.stderr)
 
     def assert_whole(self, output):
         for path in output.rglob("*"):
