@@ -16,6 +16,21 @@ namespace fs = std::filesystem;
 
 namespace Machpoint
 {
+
+void requireNoRun( const fs::path& directory, const char* remedy )
+{
+    for ( const auto* name :
+          { "summary.json", "particles", "grid", "checkpoints" } )
+    {
+        std::error_code error; // of a place that nobody may look at
+        if ( fs::exists( directory / name, error ) )
+            throw IoError( fmt::format(
+                "{}: holds another run ({} exists); {} another directory with "
+                "--output DIR",
+                directory.string(), name, remedy ) );
+    }
+}
+
 namespace
 {
 
@@ -92,16 +107,7 @@ DirectoryLock takeDirectory( const fs::path& directory, const FormerRun former )
     makeDirectory( directory );
     DirectoryLock lock( directory );
     if ( former == FormerRun::refuse )
-        for ( const auto* name :
-              { "summary.json", "particles", "grid", "checkpoints" } )
-        {
-            std::error_code error; // of a place that nobody may look at
-            if ( fs::exists( directory / name, error ) )
-                throw IoError( fmt::format(
-                    "{}: holds another run ({} exists); pass --overwrite to "
-                    "replace it, or choose another directory with --output DIR",
-                    directory.string(), name ) );
-        }
+        requireNoRun( directory, "pass --overwrite to replace it, or choose" );
     const auto probe = directory / "machpoint_probe";
     writeFile( probe, "probe", 5 );
     removeFile( probe );

@@ -32,6 +32,10 @@ enum class FormerRun
     go_on    //!< this run is its continuation
 };
 
+//! \param remedy ahead of "another directory with --output DIR"
+//! \throws IoError If the directory holds a run.
+void requireNoRun( const std::filesystem::path& directory, const char* remedy );
+
 /*!
   \brief The output directory of one run.
 

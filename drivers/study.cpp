@@ -9,6 +9,7 @@
 #include <drivers/tell.hpp>
 
 #include <core/file.hpp>
+#include <core/output.hpp>
 #include <core/price.hpp>
 #include <core/revision.hpp>
 
@@ -127,6 +128,7 @@ class Laboratory
     Laboratory( const Study& study, const fs::path& folder )
         : _study( study ), _folder( folder )
     {
+        requireNoRun( folder, "choose" );
         makeDirectory( folder / "runs" );
         _lock = DirectoryLock( folder );
         readFormer();
@@ -217,8 +219,13 @@ class Laboratory
         try
         {
             const Json former = Json::parse( readFile( file.string() ) );
-            if ( former.at( "kind" ) != kindName( _study.kind ) )
-                return;
+            if ( former.at( "study" ) != _study.name ||
+                 former.at( "kind" ) != kindName( _study.kind ) )
+                throw IoError( fmt::format(
+                    "{}: holds another study (\"{}\" of kind {}); choose "
+                    "another directory with --output DIR, or remove it",
+                    _folder.string(), former.at( "study" ).get<std::string>(),
+                    former.at( "kind" ).get<std::string>() ) );
             const bool is_judged =
                 former.at( "error" ) == _study.error &&
                 former.at( "reference" ) == referenceName( _study.reference );

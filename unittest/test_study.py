@@ -130,6 +130,25 @@ class Rows(StudyTest):
         self.study(path)
         self.assertNotIn("compared_to", self.result()["rows"][1])
 
+    def test_directories_of_others_are_refused(self):
+        # Those of a run, and of studies of another name or kind.
+        self.output.mkdir()
+        (self.output / "summary.json").write_text("{}")
+        path = self.write(vary=MATRIX, repeats=1)
+        shown = self.study(path, code=IO_FAILURE).stderr
+        self.assertIn(f"{self.output}: holds another run (summary.json exists); "
+                      "choose another directory", shown)
+        self.assertEqual([p.name for p in self.output.iterdir()], ["summary.json"])
+        (self.output / "summary.json").unlink()
+        self.study(path)
+        before = self.result()
+        for other in ({"study": "other", "vary": MATRIX}, {"kind": "effects"}):
+            path = self.write(repeats=1, **other)
+            shown = self.study(path, code=IO_FAILURE).stderr
+            self.assertIn(f'{self.output}: holds another study ("tiny" of kind accuracy)',
+                          shown)
+            self.assertEqual(self.result(), before)
+
     def test_what_met_no_memory_is_tried_again(self):
         path = self.write(vary=MATRIX, repeats=1)
         self.study(path)
