@@ -94,7 +94,11 @@ class Simulation
     virtual double bytesPerParticle() const = 0;
 
     virtual Totals totals() const = 0;
+    //! Of the states at the start of every step, and of those surveyed.
     virtual const Extrema& extrema() const = 0;
+    //! Takes the state as it is into the extrema: the last one starts no step.
+    //! Collective.
+    virtual void surveyExtrema() = 0;
     //! Steps that were rejected and repeated with half the time step.
     virtual std::int64_t retries() const = 0;
     virtual LedgerTotals ledger() const = 0;

@@ -92,6 +92,14 @@ class TimeLoop : public Simulation
     }
     Totals totals() const override { return sumParticles( _scene.state ); }
     const Extrema& extrema() const override { return _extrema; }
+    void surveyExtrema() override
+    {
+        _scene.gas->particleState( _scene.state );
+        const auto& own = _scene.state.survey.extrema;
+        takeIn( comm().max( std::vector<double>{
+            -own.min_density, -own.min_specific_internal_energy,
+            own.max_mach } ) );
+    }
     std::int64_t retries() const override { return _retries; }
     LedgerTotals ledger() const override
     {
@@ -565,12 +573,18 @@ class TimeLoop : public Simulation
             throw NumericalFailure( fault );
         }
         _fastest = largest[1];
-        _extrema += Extrema{ static_cast<Real>( -largest[2] ),
-                             static_cast<Real>( -largest[3] ),
-                             static_cast<Real>( largest[4] ) };
+        takeIn( { largest[2], largest[3], largest[4] } );
         _limits.clear();
         for ( std::size_t k = 5; k < largest.size(); ++k )
             _limits.push_back( -largest[k] );
+    }
+
+    //! \param largest of all ranks: -density, -energy, Mach number
+    void takeIn( const std::vector<double>& largest )
+    {
+        _extrema += Extrema{ static_cast<Real>( -largest[0] ),
+                             static_cast<Real>( -largest[1] ),
+                             static_cast<Real>( largest[2] ) };
     }
 
     //! dt = CFL h / max(c + |v|), or less where an effect asks for it.

@@ -459,6 +459,8 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( exact && code != numerical_failure )
         facts.errors = measureErrors( simulation->particleData(), *exact, input,
                                       simulation->time() );
+    if ( code != numerical_failure )
+        simulation->surveyExtrema();
     Json summary = makeSummary( *simulation, input, facts );
     // Also written before companion runs: this run is done, whatever they meet.
     directory.writeSummary( summary.dump( 2 ) + "\n" );

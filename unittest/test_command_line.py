@@ -758,6 +758,19 @@ class Run(CommandLineTest):
                                  "from 0 to 9223372036854775807|not be empty)")
                 self.assertEqual(self.summary()["steps"], 10)
 
+    def test_extrema_are_of_the_last_state_too(self):
+        result = machpoint("run", INPUTS / "toro2.json", "--max-steps", "1",
+                           "--output", self.output)
+        self.assertCode(result, FINISHED)
+        with h5py.File(self.output / "particles/00000001.h5") as file:
+            least = file["density"][:].min()
+            energy = file["specific_internal_energy"][:].min()
+        self.assertLess(least, 1)  # the start has 1 everywhere
+        extrema = self.summary()["extrema"]
+        # Up to the rounding of single precision.
+        self.assertAlmostEqual(extrema["min_density"] / least, 1, 6)
+        self.assertAlmostEqual(extrema["min_specific_internal_energy"] / energy, 1, 6)
+
     def test_memory_is_that_of_the_run(self):
         # Linux hands the largest memory of whoever starts a program on to it.
         ballast = b"x" * 2**29
