@@ -354,7 +354,7 @@ class Obstacle : public Module<Dim>
             rows.pop_back();
     }
 
-    bool exertsForce() const override { return true; }
+    bool exertsForce( int ) const override { return true; }
     const Series* series() const override { return &_series; }
     void checkpoint( Archive& archive ) override
     {

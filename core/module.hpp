@@ -110,8 +110,9 @@ class Module
     virtual bool isSolid( const Vector<Dim>& ) const { return false; }
     //! Does gas enter or leave here, so that energy cannot balance?
     virtual bool isOpen() const { return false; }
-    //! Does it act on the gas from outside, so that momentum changes?
-    virtual bool exertsForce() const { return false; }
+    //! Does it act on the gas from outside, so that momentum along this axis
+    //! changes?
+    virtual bool exertsForce( int /*axis*/ ) const { return false; }
     //! Names all that this module carries from step to step and that its
     //! parameters do not tell, to write it or to read it back.
     virtual void checkpoint( Archive& ) {}

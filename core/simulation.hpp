@@ -105,7 +105,7 @@ class Simulation
     //! How evenly the ranks share the work. Collective.
     virtual Imbalance imbalance() = 0;
     virtual bool isOpen() const = 0;
-    //! Is momentum along this axis free of walls and obstacles?
+    //! Is momentum along this axis free of walls, obstacles and forces?
     virtual bool conservesMomentum( int axis ) const = 0;
 
     //! \name Data for output; derived fields are brought up to date

@@ -116,7 +116,7 @@ class TimeLoop : public Simulation
     bool conservesMomentum( const int axis ) const override
     {
         for ( const auto& active : _scene.modules )
-            if ( active.module->exertsForce() )
+            if ( active.module->exertsForce( axis ) )
                 return false;
         return !_scene.is_open && !_scene.has_wall[axis];
     }

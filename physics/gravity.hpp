@@ -82,7 +82,7 @@ class Gravity : public Module<Dim>
     {
     }
 
-    bool exertsForce() const override { return true; }
+    bool exertsForce( const int axis ) const override { return _g[axis] != 0; }
     Vector<Dim> acceleration() const override { return _g; }
 
     //! Gas at rest must not fall further than that in a step: what counts for

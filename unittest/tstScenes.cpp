@@ -960,6 +960,27 @@ TEST( Sod, isTheSameInAnyDirection )
     EXPECT_NEAR( rotated, aligned, 0.5 * aligned );
 }
 
+// What pulls along y takes no momentum along x.
+TEST( Gravity, leavesTheOtherAxisItsMomentum )
+{
+    for ( const auto& method : methods )
+    {
+        auto input = box( 2, 8, 2, method, "quadratic", "periodic" );
+        input["initial"][0]["velocity"] = { 0.3, 0 };
+        for ( const int side : { 2, 3 } )
+            input["boundary"][side]["type"] = "slip_wall";
+        input["physics"].push_back(
+            { { "type", "gravity" }, { "acceleration", { 0.0, -1.0 } } } );
+        auto run = simulate( input );
+        EXPECT_TRUE( run->conservesMomentum( 0 ) ) << method;
+        EXPECT_FALSE( run->conservesMomentum( 1 ) ) << method;
+        const Real before = run->totals().momentum[0];
+        advanceTo( *run, 0.3 );
+        EXPECT_NEAR( run->totals().momentum[0] / before, 1, tolerance( 1e-12 ) )
+            << method;
+    }
+}
+
 // dp/dx = rho g: the column stands. Its discretisation error makes it
 // oscillate by O(h^2) only, and the work of gravity closes the energy balance.
 TEST( Gravity, columnStandsAndEnergyBalances )

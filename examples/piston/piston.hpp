@@ -160,7 +160,7 @@ class Piston : public Machpoint::Module<Dim>
             rows.pop_back();
     }
 
-    bool exertsForce() const override { return true; }
+    bool exertsForce( int ) const override { return true; }
     const Machpoint::Series* series() const override { return &_series; }
     //! The impulse of a step never outlives it; the rows do.
     void checkpoint( Machpoint::Archive& archive ) override
