@@ -977,11 +977,11 @@ void applyOverride( Json& input, const std::string& assignment )
             place = &place->at( index );
         }
         else if ( !place->is_object() )
-            fail( fmt::format( "{} is {}, which has nothing inside; give it as "
-                               "a whole, --set '{}={}'",
+            fail( fmt::format( "{} is {}, no {}, and has nothing inside; to "
+                               "replace it, --set {}=VALUE",
                                printable( parent ), found( *place ),
-                               printable( parent ),
-                               isIndex( step ) ? "[...]" : "{...}" ) );
+                               isIndex( step ) ? "list" : "object",
+                               printable( parent ) ) );
         else if ( const auto child = place->find( step );
                   child != place->end() )
             place = &*child;

@@ -670,6 +670,35 @@ void fillMethodDefaults( Json& input, const SoundKeys& sound )
     complete( "physics", physicsHooks );
 }
 
+//! The key with one value that an override reaches into, if it does: what the
+//! file leaves out, applyOverride does not know. Empty: none.
+std::string valueReachedInto( const std::string& assignment )
+{
+    auto text = assignment.substr( 0, assignment.find( '=' ) );
+    std::replace( text.begin(), text.end(), '[', '.' );
+    std::istringstream path( text );
+    const auto all = inputParameters( 0 );
+    const Parameters* place = &all;
+    std::string name, step;
+    while ( place && std::getline( path, step, '.' ) && !path.eof() )
+    {
+        name += ( name.empty() ? "" : "." ) + step;
+        const auto& keys = place->keys();
+        const auto key =
+            std::find_if( keys.begin(), keys.end(),
+                          [&]( const auto& k ) { return k.name == step; } );
+        if ( key == keys.end() )
+            return "";
+        using Kind = Parameter::Kind;
+        for ( const auto kind : { Kind::Number, Kind::Integer, Kind::Boolean,
+                                  Kind::Text, Kind::Choice } )
+            if ( key->kind == kind )
+                return name;
+        place = key->nested.get();
+    }
+    return "";
+}
+
 } // namespace
 
 Json resolveInput( const Json& input, const std::string& file,
@@ -705,6 +734,10 @@ Json loadInput( const std::string& file,
     for ( const auto& assignment : overrides )
         try
         {
+            if ( const auto key = valueReachedInto( assignment ); !key.empty() )
+                throw InputError( { fmt::format(
+                    "--set {}: {} is no object; set it itself, --set {}=VALUE",
+                    assignment, key, key ) } );
             applyOverride( input, assignment );
         }
         catch ( const InputError& error )

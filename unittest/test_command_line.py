@@ -514,7 +514,9 @@ class WrongInput(CommandLineTest):
                 ("nothing.here=1", "the input has no nothing"),
                 ("grid.cells.7=5", "a list of 1 entry"),
                 ("grid.cells=[4", "unexpected end of input"),
-                ("scene.name=x", 'scene is "sod"'),
+                ("scene.name=x", "scene is no object; set it itself, --set scene=VALUE"),
+                ("time.cfl.x=3", "time.cfl is no object; set it itself"),
+                ("time.cfl[0]=3", "time.cfl is no object; set it itself"),
                 ("time..cfl=0.4", "expected path=value"),
                 ("physics[x].gamma=2", "expected path=value"),
                 ("particles.per_cell=3.7", "expected a whole number")]:

@@ -676,8 +676,9 @@ TEST( Parameters, WrongOverridesNameTheRemedy )
           "'grid.x={...}'" },
         { "bodies[0]=3", "--set 'bodies=[...]'" },
         { "scene.name=s",
-          "scene is \"s\", which has nothing inside; give it as a whole, --set "
-          "'scene={...}'" },
+          "scene is \"s\", no object, and has nothing inside; to replace it, "
+          "--set scene=VALUE" },
+        { "scene.0=s", "scene is \"s\", no list, and has nothing inside" },
         { "grid.cells.2=3",
           "grid.cells is a list of 2 entries, counted from 0; choose one of "
           "them or give the whole list, --set 'grid.cells=[...]'" },
