@@ -344,6 +344,11 @@ std::string formatSummary( const Json& s )
                          "{}  (- : exchanged with walls or open sides)\n",
                          orDash( c.at( "mass" ) ), orDash( c.at( "momentum" ) ),
                          orDash( c.at( "total_energy" ) ) );
+    if ( const double work = c.at( "work_on_gas" );
+         work != 0 && !c.at( "total_energy" ).is_null() )
+        text += fmt::format( "  of total energy less {:.4g}, the work of "
+                             "effects and boundaries on the gas\n",
+                             work );
     const auto& x = s.at( "extrema" );
     text += fmt::format(
         "  extrema: density >= {:.4g}, specific internal energy >= {:.4g}, "
