@@ -34,10 +34,10 @@ cases; `unittest/test_hard_cases.py` runs small versions of all of them with
 - *energy*: largest relative drift of the total energy over the case's runs; `-`
   with open sides, where none can be drawn.
 - *retries*: steps that broke the gas and were repeated with half the time step.
-- `conservative` runs as `input/` ships the scene, at CFL 0.8 where that says
-  `midpoint` and 0.4 where it says `symplectic`. `paper` is run as published: hats,
-  no artificial viscosity. `apic` has quadratic splines and the scene's viscosity.
-  Both are at CFL 0.4.
+- `conservative` runs as `input/` ships the scene, but for what a case's title names,
+  at CFL 0.8 where that says `midpoint` and 0.4 where it says `symplectic`. `paper`
+  is run as published: hats, no artificial viscosity. `apic` has quadratic splines
+  and the scene's viscosity. Both are at CFL 0.4.
 """
 
 
