@@ -379,6 +379,11 @@ class Checker
              text == ".." || !is_printed )
             error( place, "names a file or directory, so it must hold no "
                           "slash and no control character" );
+        // File systems take 255 bytes, of which an ending needs some.
+        if ( constexpr std::size_t most = 200; text.size() > most )
+            error( place, fmt::format( "names a file or directory, so it must "
+                                       "have at most {} bytes, not {}",
+                                       most, text.size() ) );
     }
 
     void checkOutput()

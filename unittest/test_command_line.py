@@ -482,6 +482,14 @@ class WrongInput(CommandLineTest):
         for place in ["/grid/upper/0", "/boundary", "/physics"]:
             self.assertIn(f"{SOD}: {place}: ", result.stderr)
 
+    def test_names_that_no_file_can_have(self):
+        for name, words in [("a/b", "no slash"), ("..", "no slash"),
+                            ("x" * 201, "at most 200 bytes, not 201")]:
+            result = machpoint("check", SOD, "--set", f"scene={json.dumps(name)}")
+            self.assertCode(result, WRONG_INPUT)
+            self.assertIn("/scene: names a file", result.stderr)
+            self.assertIn(words, result.stderr)
+
     def test_the_nearest_name_is_suggested(self):
         for override, meant in [("boundary.0.tpye=slip_wall", "type"),
                                 ("method.basis=quadratc", "quadratic"),
