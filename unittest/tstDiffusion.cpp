@@ -356,4 +356,18 @@ TEST( Diffusion, isStableAtItsLimit )
         }
 }
 
+// Beyond it heat overshoots: such steps are repeated, as those of G2P are.
+TEST( Diffusion, heatThatBreaksTheGasIsTakenBack )
+{
+    auto input = flyingBall( 2, 16, "apic", "quadratic", "slip_wall" );
+    input["physics"][1] = heatConduction( 3 );
+    input["physics"].erase( 2 );
+    input["time"]["cfl"] = 20;
+    auto run = simulate( input );
+    advance( *run, 60 );
+    EXPECT_GT( run->retries(), 0 );
+    for ( const Real e : run->particleData().specific_internal_energy )
+        EXPECT_GT( e, 0 );
+}
+
 } // namespace
