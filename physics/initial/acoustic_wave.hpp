@@ -58,13 +58,7 @@ class AcousticWaveState : public InitialState
 
     Gradient velocityGradient( const Vector3& x ) const override
     {
-        const double slope = _wave.initialSlope( x );
-        const auto& n = _wave.direction();
-        Gradient gradient{};
-        for ( int a = 0; a < 3; ++a )
-            for ( int b = 0; b < 3; ++b )
-                gradient[a][b] = slope * n[a] * n[b];
-        return gradient;
+        return gradientAlong( _wave.direction(), _wave.initialSlope( x ) );
     }
 
   private:

@@ -77,6 +77,17 @@ inline Json zeros( const int dimension )
     return std::vector<double>( dimension ? dimension : 3, 0 );
 }
 
+//! That of a velocity along a line which changes along it alone: slope n n^T.
+//! \param n unit vector of the line \param slope d (n . v) / ds, 1/time
+inline Gradient gradientAlong( const Vector3& n, const double slope )
+{
+    Gradient gradient{};
+    for ( int a = 0; a < 3; ++a )
+        for ( int b = 0; b < 3; ++b )
+            gradient[a][b] = slope * n[a] * n[b];
+    return gradient;
+}
+
 //! Declares the keys of a GasState.
 inline Parameters declareGasState( const std::string& name,
                                    const std::string& summary,

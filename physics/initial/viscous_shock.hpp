@@ -45,13 +45,7 @@ class ViscousShockState : public InitialState
 
     Gradient velocityGradient( const Vector3& x ) const override
     {
-        const double slope = _shock.initialSlope( x );
-        const auto& n = _shock.direction();
-        Gradient gradient{};
-        for ( int a = 0; a < 3; ++a )
-            for ( int b = 0; b < 3; ++b )
-                gradient[a][b] = slope * n[a] * n[b];
-        return gradient;
+        return gradientAlong( _shock.direction(), _shock.initialSlope( x ) );
     }
 
   private:
