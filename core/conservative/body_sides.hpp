@@ -88,7 +88,7 @@ BodySides<Dim> findBodySides( const State<Dim>& state )
 
 /*!
   \brief dt h^Dim / h_a p_f over these faces, into the domain: what sides give
-  to images. \param[out] state.side_impulses
+  to images; mass length/time. \param[in,out] state whose side_impulses it sets
 */
 template <int Dim>
 void findSideImpulses( State<Dim>& state, const BodySides<Dim>& sides,

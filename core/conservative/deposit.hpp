@@ -81,7 +81,7 @@ KOKKOS_FORCEINLINE_FUNCTION auto depositMoments(
   sum m w kb phi h max(-D, 0) / c, over particles, at the half step where there
   is one. D and phi are what the last step's G2P left with the particle.
   \param half_step which has been reached \param sums the scatter of the moments
-  \param[out] state.rates WorkingPressure
+  \param state whose rates get the WorkingPressure
 */
 template <class Basis, int Dim, class Sums>
 void depositParticles( const State<Dim>& state, const WorkingGas& working,

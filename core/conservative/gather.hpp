@@ -209,8 +209,8 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes limiterOf(
   next step (docs/conservative.md, section 8): min(1, kc n shear loss / e),
   where n steps lie from one to the next. A part that no sum would feel is none,
   as it could underflow, and so is that of smooth flow.
-  \param strength kc n \param loss heat of friction
-  \param e what the particle had
+  \param strength kc n \param C 1/time \param loss heat of friction, energy/mass
+  \param heat what the particle had, energy/mass
 */
 template <int Dim>
 KOKKOS_FORCEINLINE_FUNCTION Lanes
@@ -238,9 +238,9 @@ conductedHeat( const Real strength, const VectorOf<Dim, Lanes> ( &C )[Dim],
   Where Rearranges: V' *= 1 - clip(kd dt relaxationRate, -.25, .25), and the
   velocity of motion loses ks c clip(g, -.5, .5) with g = h grad theta. Uniform
   motion knows neither. \tparam Limited has the viscosity a limiter?
-  \param[in,out] state.drift of the integrator midpoint
-  \param[out] state.flow, and state.rates ConductedHeat where the next step
-  asks for it
+  \param state whose drift, of the integrator midpoint, is read and written; its
+  flow is written, and of its rates ConductedHeat where the next step asks for
+  it
 */
 template <class Basis, bool Rearranges, bool Limited, int Dim>
 void gatherParticles( const State<Dim>& state, const NodeView& faces,
@@ -409,9 +409,9 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
 
   Particles and images together keep momentum and energy exactly. The images
   are dropped after the step, so what they gained the gas has lost to the wall.
-  \param[out] state.images.impulses momentum that each image gained, but for
-  its weight
-  \return energy given to the gas
+  \param state whose images.impulses get the momentum that each image gained,
+  but for its weight
+  \return energy given to the gas, this rank's part
 */
 template <class Basis, int Dim>
 ReproducibleSum workOfImages( const State<Dim>& state, const NodeView& faces )

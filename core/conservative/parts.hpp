@@ -62,7 +62,7 @@ struct ConservativeParts
     //! Default of the key `time`.
     static constexpr const char* default_time = "midpoint";
     //! Default of the input's `time.cfl`; on hats shocks ask for shorter
-    //! steps. \param time the integrator
+    //! steps. \param time the integrator \param basis its name
     static double defaultCfl( const std::string& time,
                               const std::string& basis )
     {

@@ -83,7 +83,7 @@ KOKKOS_FORCEINLINE_FUNCTION Real perMass( const Real m )
   \brief v_i = (mv)_i / m_i on nodes, 0 where there is no gas, and 1 - beta_i
   with the blend beta_i = min(1, beta_0 + kb-sum / m_i).
   \param blend beta_0
-  \param[out] state.nodes.velocities columns 0 to Dim - 1, and 2 Dim
+  \param state of whose nodes.velocities columns 0 to Dim - 1 and 2 Dim are set
 */
 template <int Dim>
 void velocityAndBlend( const State<Dim>& state, const NodeRows& rows,
@@ -107,7 +107,7 @@ void velocityAndBlend( const State<Dim>& state, const NodeRows& rows,
   \brief v'_i = v_i + dt f_i / m_i (Algorithm 1, line 5) with the pressure's
   force f_(i,a) = h^Dim / h_a (p^a_(i-1/2) - p^a_(i+1/2)). The force telescopes,
   so momentum is exact. p^a_f = sum / max(theta, least filling).
-  \param[out] state.nodes.velocities columns Dim to 2 Dim - 1
+  \param state of whose nodes.velocities columns Dim to 2 Dim - 1 are set
 */
 template <int Dim>
 void applyPressure( const State<Dim>& state, const Real least_filling )

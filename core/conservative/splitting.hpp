@@ -80,7 +80,7 @@ Real largeVolume( const State<Dim>& state, const ConservativeParts& parts )
 
 /*!
   \brief Halves particles larger than state.large_volume along the axis of the
-  largest stretch S: offsets +- h (V/h^d)^(1/d) e^S / 4, at most
+  largest stretch S: offsets +- h (V/h^d)^(1/d) e^min(S, .7) / 4, at most
   most_split_offset of a cell and to the sides of the domain. The halves keep v,
   C and e; mass, momentum, energy and volume stay (on hats, what the affine
   energy loses becomes heat). Looks for them where a kernel has told of one.
