@@ -38,8 +38,8 @@ struct Rows
 {
     std::size_t count = 0;   //!< of this rank
     std::size_t columns = 1; //!< [count][columns]
-    //! Copies `count` rows from the row `first` on. \param values
-    //! [count][columns]
+    //! Copies `count` rows from the row `first` on; throws what its maker
+    //! throws. \param[out] values [count][columns]
     std::function<void( std::size_t first, std::size_t count, T* values )>
         fetch;
 
@@ -80,11 +80,13 @@ class Archive
     struct Entry
     {
         std::vector<std::size_t> shape; //!< of a list or a table, else {}
+        //! What it is: a number is a list of one.
         std::variant<std::vector<float>, std::vector<double>,
                      std::vector<std::int64_t>, std::string, Rows<float>,
                      Rows<double>, Rows<std::int64_t>>
             values;
     };
+    //! Entries by their full names, as entries() has them.
     using Entries = std::map<std::string, Entry>;
 
     //! For writing.
@@ -95,12 +97,16 @@ class Archive
     {
     }
 
+    //! Does it give values back, rather than take them up?
     bool isReading() const { return _is_reading; }
     //! All that was written, or is left to be read, by name; groups are
     //! separated by slashes.
     const Entries& entries() const { return _entries; }
 
     //! \name Values that are the same on all ranks
+    //! \throws ArchiveError when reading: there is none of this name, or one of
+    //! another type or shape \throws std::logic_error when writing: the name is
+    //! taken
     //! @{
     template <class T>
     requires( std::is_floating_point_v<T> ||
@@ -132,6 +138,7 @@ class Archive
         text = std::move( *read );
     }
     //! A table of any length. \param values [rows][columns]
+    //! \param columns at least one
     template <class T>
     void table( const std::string& name, std::vector<T>& values,
                 const std::size_t columns )
@@ -143,6 +150,7 @@ class Archive
     //! Rows of this rank, such as its particles. They are fetched while the
     //! archive lives: until then they must stay what they are.
     //! \param rows its columns say what is expected when reading
+    //! \throws ArchiveError, std::logic_error as above
     template <class T>
     void rows( const std::string& name, Rows<T>& rows )
     {
@@ -162,6 +170,7 @@ class Archive
     class Group
     {
       public:
+        //! \param archive that outlives it
         Group( Archive& archive, const std::string& name )
             : _archive( archive ), _outer( archive._prefix )
         {

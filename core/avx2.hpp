@@ -11,7 +11,9 @@
 
 #if defined( KOKKOS_ARCH_AVX512XEON ) || defined( KOKKOS_ARCH_AVX2 )
 #ifndef MACHPOINT_PRECISION_SINGLE
+//! Has the namespace Registers columns of nodes in registers of Lanes?
 #define MACHPOINT_HAS_REGISTERS
+//! Has it storePairs, choiceOf and joinedRow, too (of doubles alone)?
 #define MACHPOINT_PAIRS_ARE_NEIGHBOURS
 #endif
 #include <immintrin.h>
@@ -35,6 +37,7 @@ KOKKOS_FORCEINLINE_FUNCTION void storeFloats( float* const place,
 //! @}
 
 //! Rows, moved on by whole numbers of rows that are `stride` apart.
+//! \param[in,out] row [4]
 KOKKOS_FORCEINLINE_FUNCTION void advance( int* const row, const __m256d steps,
                                           const int stride )
 {
@@ -46,6 +49,7 @@ KOKKOS_FORCEINLINE_FUNCTION void advance( int* const row, const __m256d steps,
 }
 
 //! Which rows are below `first`, or not below `end`: a bit for each lane.
+//! \param row [4]
 KOKKOS_FORCEINLINE_FUNCTION unsigned outside( const int* const row,
                                               const int first, const int end )
 {

@@ -5,8 +5,9 @@
   core/avx2.hpp.
 
   Node row[l] starts row[l] * columns numbers behind `first`; lane l of a
-  register gets its number. Rows are read whole and turned into registers of
-  one column, which takes half as long as to collect the columns.
+  register gets its number. A `row` has as many entries as the register lanes.
+  Rows are read whole and turned into registers of one column, which takes half
+  as long as to collect the columns.
 */
 #ifndef MACHPOINT_AVX512_HPP
 #define MACHPOINT_AVX512_HPP
@@ -14,8 +15,11 @@
 #include <core/avx2.hpp>
 
 #ifdef KOKKOS_ARCH_AVX512XEON
+//! Is a register as long as a line of the cache, so that stores may go past it
+//! (Written)?
 #define MACHPOINT_PACKS_FILL_LINES
 #ifdef MACHPOINT_PRECISION_SINGLE
+//! As in core/avx2.hpp, of floats, too.
 #define MACHPOINT_HAS_REGISTERS
 #endif
 

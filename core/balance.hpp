@@ -29,14 +29,14 @@ struct Imbalance
 };
 
 //! Loads of the cells along one axis, for each slab that the cuts of the other
-//! axes leave: [slabs][cells].
+//! axes leave: [slabs][cells], in particles.
 using SlabLoads = std::vector<std::vector<double>>;
 
 //! Cuts of one axis, and the load of the heaviest box between them.
 struct AxisCuts
 {
     std::vector<int> cuts; //!< [parts + 1]
-    double heaviest;
+    double heaviest;       //!< in particles
 };
 
 /*!
@@ -55,8 +55,8 @@ AxisCuts cutAxis( const SlabLoads& loads, int parts, int fewest );
 template <int Dim>
 struct BoxCuts
 {
-    Cuts<Dim> cuts;
-    double heaviest = 0;
+    Cuts<Dim> cuts;      //!< [Dim][ranks + 1]
+    double heaviest = 0; //!< in particles; 0 where no axis is cut
 };
 
 /*!
@@ -69,6 +69,7 @@ struct BoxCuts
   \param cells of the domain [Dim] \param ranks along each axis [Dim]
   \param fewest cells of a box along each axis that is cut [Dim]
   \param loads callable with an axis and the cuts of all, gives SlabLoads
+  \throws std::invalid_argument when an axis has too few cells for that
 */
 template <int Dim, class Loads>
 BoxCuts<Dim> chooseCuts( const Indices<Dim>& cells, const Indices<Dim>& ranks,
@@ -101,7 +102,8 @@ BoxCuts<Dim> chooseCuts( const Indices<Dim>& cells, const Indices<Dim>& ranks,
 /*!
   \brief Loads of all ranks' particles and cells along an axis, for the slabs
   between the cuts of the other axes. Collective.
-  \param cell_cost load of a cell
+  \param cuts of all axes; those of `axis` do not count
+  \param cell_cost load of a cell, in particles
 */
 template <int Dim>
 SlabLoads countLoads( const Communicator& comm, const Grid<Dim>& grid,

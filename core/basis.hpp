@@ -9,8 +9,10 @@
 
   Each basis gives, for a particle at the fraction f in [0, 1] of its cell:
   weights(f, w), gradients(f, g) (dw/dx times h), offset(f, k) (x_k - x_p over
-  h) and moment(f) = sum_k w_k (x_k - x_p)^2 / h^2. All of them take a Number,
-  of one particle or of several (core/lanes.hpp).
+  h) and moment(f) = sum_k w_k (x_k - x_p)^2 / h^2, and of the places halfway
+  between nodes halfwayGradients(f, g). All of them take a Number, of one
+  particle or of several (core/lanes.hpp). docs/method.md, section 2, has the
+  formulas, and the identities that all of the transfer rests on.
 */
 #ifndef MACHPOINT_BASIS_HPP
 #define MACHPOINT_BASIS_HPP
@@ -24,17 +26,23 @@ namespace Machpoint
 //! Hat functions, nodes at cell vertices (the paper's basis).
 struct Linear
 {
-    static constexpr const char* name = "linear";
-    static constexpr int nodes = 2;        //!< along one axis
+    static constexpr const char* name = "linear"; //!< in `method.basis`
+    static constexpr int nodes = 2;               //!< along one axis
     static constexpr int halo = 0;         //!< layers reached beyond the box
     static constexpr bool centred = false; //!< nodes at vertices
+    //! Is the moment the same everywhere? That of hats is 0 on nodes, so they
+    //! have no slope to divide by it (fitWeight).
     static constexpr bool constant_moment = false;
-    //! Sum of the squares of the weights, its mean over a cell, and the same
-    //! of the weights halfway between nodes.
-    static constexpr Real mean_square = 2.0_rt / 3;
-    static constexpr Real halfway_mean_square = 1;
+    //! \name Sum of the squares of the weights, its mean over a cell
+    //! For stableTimeStep (docs/conservative.md, section 10).
+    //! @{
+    static constexpr Real mean_square = 2.0_rt / 3; //!< of nodes
+    static constexpr Real halfway_mean_square = 1;  //!< halfway between them
+    //! @}
 
+    //! Number of the first node that a cell's particles see, along one axis.
     KOKKOS_INLINE_FUNCTION static int first( const int cell ) { return cell; }
+    //! \param f 0 to 1 \param[out] w [nodes], which add up to 1
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION static void weights( const Number& f,
                                                      Number* w )
@@ -42,6 +50,7 @@ struct Linear
         w[0] = 1 - f;
         w[1] = f;
     }
+    //! Derivatives of the weights, times h. \param[out] g [nodes]
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION static void gradients( const Number&,
                                                        Number* g )
@@ -50,18 +59,21 @@ struct Linear
         g[1] = 1;
     }
     //! Derivatives (times h) of the weights halfway between nodes.
+    //! \param[out] g [nodes - 1]
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION static void halfwayGradients( const Number&,
                                                               Number* g )
     {
         g[0] = 0;
     }
+    //! (x_k - x_p) / h of node k of those seen, 0 to nodes - 1.
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION static Number offset( const Number& f,
                                                       const int k )
     {
         return k - f;
     }
+    //! sum_k w_k (x_k - x_p)^2 / h^2.
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION static Number moment( const Number& f )
     {
@@ -73,6 +85,8 @@ struct Linear
 //! Quadratic B-splines, nodes at cell centres.
 struct Quadratic
 {
+    //! \name The members of Linear, of another degree
+    //! @{
     static constexpr const char* name = "quadratic";
     static constexpr int nodes = 3;
     static constexpr int halo = 1;
@@ -120,11 +134,14 @@ struct Quadratic
     {
         return 0.25_rt;
     }
+    //! @}
 };
 
 //! Cubic B-splines, nodes at cell vertices.
 struct Cubic
 {
+    //! \name The members of Linear, of another degree
+    //! @{
     static constexpr const char* name = "cubic";
     static constexpr int nodes = 4;
     static constexpr int halo = 1;
@@ -177,6 +194,7 @@ struct Cubic
     {
         return 1.0_rt / 3.0_rt;
     }
+    //! @}
 };
 
 //! Layout of the nodes of a basis on all cells of a grid.
@@ -202,6 +220,8 @@ struct Stencil
     Number dx[Dim][Basis::nodes]; //!< node minus particle, length
     Number fraction[Dim];         //!< place of the particle in its cell, 0 to 1
 
+    //! \param x position [Dim], length; beyond the cells from which particles
+    //! scatter the last one's splines go on
     KOKKOS_FORCEINLINE_FUNCTION Stencil( const Grid<Dim>& grid,
                                          const NodeLayout<Dim>& layout,
                                          const VectorOf<Dim, Number>& x )
@@ -235,7 +255,7 @@ struct Stencil
 };
 
 //! Slope along an axis, from its fit by fitWeight: divided by the moment, but
-//! for hats. \param inverse 1/h
+//! for hats. \param fit sum of fitWeight times a value \param inverse 1/h
 template <class Basis, class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number slopeOfFit( const Number& fit,
                                                const Real inverse )
@@ -247,6 +267,7 @@ KOKKOS_FORCEINLINE_FUNCTION Number slopeOfFit( const Number& fit,
 }
 
 //! sum w (x_i - x)_b^2 at a place, length^2; it varies for hats alone.
+//! \param x place along axis b, length
 template <class Basis, int Dim, class Number>
 KOKKOS_INLINE_FUNCTION Number momentAt( const Grid<Dim>& grid, const Number& x,
                                         const int b )
@@ -308,6 +329,7 @@ struct AffineMoment
     //! Carries the slopes of a particle along axis b from one place on it to
     //! another: what their energy loses becomes heat.
     //! \param affine, e slices of C and of the energy per mass \param p row
+    //! \param from, to length
     template <int Dim, class Affine, class Energy>
     KOKKOS_INLINE_FUNCTION void
     carry( const Grid<Dim>& grid, const Affine& affine, const Energy& e,
@@ -487,6 +509,7 @@ struct HalfwayWeights
     Number c[Dim][places];                          //!< weights
     Number dc[Dim][places];                         //!< derivatives times h
 
+    //! \param s whose derivatives are summed up to them
     KOKKOS_FORCEINLINE_FUNCTION
     HalfwayWeights( const Grid<Dim>& grid,
                     const Stencil<Basis, Dim, Number>& s )

@@ -28,7 +28,7 @@ struct Bodies
 
     Bodies() = default;
     //! \param all the bodies' solids, one after the other
-    //! \param solids of each body \param reach image_reach of each
+    //! \param solids how many each body has \param reach image_reach of each
     Bodies( const Shape<Dim>& all, const std::vector<int>& solids,
             const std::vector<Real>& reach )
         : shape( all ), first( "Machpoint::bodies", solids.size() + 1 ),
@@ -48,7 +48,7 @@ struct Bodies
         Kokkos::deep_copy( image_reach, cells );
     }
 
-    //! Is a place inside one of them?
+    //! Is a place inside one of them? \param x [Dim]
     KOKKOS_FUNCTION bool contain( const Vector<Dim>& x ) const
     {
         return count > 0 && shape.distance( x ) < 0;
@@ -80,14 +80,14 @@ struct Bodies
                    : Kokkos::Experimental::infinity_v<Real>;
     }
 
-    //! Distance and normal of one of them.
+    //! Signed distance and normal of one of them. \param x [Dim]
     KOKKOS_FUNCTION Nearest<Dim> nearest( const Vector<Dim>& x,
                                           const int body ) const
     {
         return shape.nearest( x, first( body ), first( body + 1 ) );
     }
 
-    //! The one nearest to a place, of equals the first.
+    //! The one nearest to a place, of equals the first; 0 where there is none.
     KOKKOS_FUNCTION int nearestBody( const Vector<Dim>& x ) const
     {
         int nearest_one = 0;

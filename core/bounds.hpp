@@ -20,7 +20,7 @@ KOKKOS_INLINE_FUNCTION Real justInside( const Real lower, const Real upper )
                                                    Kokkos::abs( upper ) ) );
 }
 
-//! Positions from lower to upper.
+//! Positions from lower to upper. [Dim], length
 template <int Dim>
 struct Bounds
 {

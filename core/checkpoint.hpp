@@ -41,8 +41,8 @@ std::filesystem::path writeCheckpoint( const Communicator& ranks,
 //! An archive to read, and where it comes from.
 struct Checkpoint
 {
-    std::filesystem::path file;
-    Archive archive;
+    std::filesystem::path file; //!< that was read
+    Archive archive;      //!< which reads rows from the file as it is asked
     std::string revision; //!< that wrote it
     //! Newer files of the folder, which could not be read.
     std::vector<std::filesystem::path> passed_over;
@@ -53,29 +53,33 @@ struct Checkpoint
   \brief Reads a checkpoint of a run of this input. Collective.
 
   As many ranks as wrote it get back their own rows, else each gets as many as
-  the others. `time.end`, `output` and `checkpoint` of the input may differ.
+  the others. `time.end`, `output`, `checkpoint` and `decomposition` of the
+  input may differ.
   \throws IoError when the file cannot be read, is no checkpoint or is damaged
-  \throws InputError when its format or its input is another one
+  \throws InputError when its format, its precision or its input is another
+  one
 */
 Checkpoint readCheckpoint( const Communicator& ranks,
                            const std::filesystem::path& file,
                            const Json& input );
 
 //! The same for the newest one of a folder that can be read.
-//! \throws IoError when there is none
+//! \throws IoError when there is none \throws InputError as above, of the
+//! newest whose file is sound
 Checkpoint readNewestCheckpoint( const Communicator& ranks,
                                  const std::filesystem::path& folder,
                                  const Json& input );
 
 //! Removes all checkpoints of a folder but the last ones. One rank.
+//! \param keep how many \throws IoError
 void keepCheckpoints( const std::filesystem::path& folder, std::size_t keep );
 
 //! Adds `.unread` to the names of files that were passed over, as what kept
-//! them from being read may pass. One rank.
+//! them from being read may pass. One rank. \throws IoError
 void setAside( const std::vector<std::filesystem::path>& files );
 
 //! Removes the checkpoints of later steps, and what is left of one that a
-//! killed run was writing. One rank.
+//! killed run was writing. One rank. \throws IoError
 void removeCheckpointsAfter( const std::filesystem::path& folder,
                              std::int64_t step );
 

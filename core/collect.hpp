@@ -47,8 +47,10 @@ template <class Value>
 class Reused
 {
   public:
+    //! [n], of its memory.
     using list_type = Kokkos::View<Value*, MemorySpace>;
 
+    //! \param label what the memory is called in a profile
     explicit Reused( const std::string& label ) : _memory( label, 0 ) {}
 
     //! A list of n entries, whatever they are; until the next call.

@@ -29,6 +29,7 @@ namespace Machpoint
 class MpiSession
 {
   public:
+    //! \param argc, argv of main; MPI may take words of its own out
     MpiSession( int& argc, char**& argv );
     ~MpiSession();
     MpiSession( const MpiSession& ) = delete;
@@ -49,8 +50,8 @@ bool mpiReachesMemory();
 bool mpiIsGpuAware();
 
 /*!
-  \brief The ranks of a run. Every member but rank, size and isRoot is
-  collective: all ranks call it, in the same order.
+  \brief The ranks of a run. Every member but rank, size, isRoot, abort and
+  handle is collective: all ranks call it, in the same order.
 */
 class Communicator
 {
@@ -58,13 +59,16 @@ class Communicator
     //! All ranks of the run; one where MPI is off.
     Communicator();
 
+    //! This one's number, 0 to size() - 1.
     int rank() const { return _rank; }
+    //! How many there are.
     int size() const { return _size; }
     //! The rank that prints, and that writes what is not a field.
     bool isRoot() const { return _rank == 0; }
 
     //! \name Reductions over ranks, element by element
-    //! Sums are taken in the order of the ranks, so they repeat exactly.
+    //! Sums are taken in the order of the ranks, so they repeat exactly. Lists
+    //! have the same length on all ranks.
     //! @{
     std::vector<double> sum( const std::vector<double>& values ) const;
     std::int64_t sum( std::int64_t value ) const
@@ -80,9 +84,12 @@ class Communicator
     bool any( bool value ) const { return max( value ? 1.0 : 0.0 ) > 0; }
     //! @}
 
-    //! Sum of the values of the ranks before this one.
+    //! Sum of the values of the ranks before this one; 0 on the first.
     std::int64_t sumBefore( std::int64_t value ) const;
 
+    //! \name What ranks tell each other
+    //! \throws std::runtime_error where it is more than 2 GiB together
+    //! @{
     //! The text of one rank, on every rank.
     std::string from( int rank, const std::string& text ) const;
     //! The root's text, on every rank.
@@ -107,6 +114,7 @@ class Communicator
         return typed<T>(
             gatherBytes( own.data(), own.size() * sizeof( T ), false ) );
     }
+    //! @}
 
     //! Ends all ranks at once; for a failure that only this rank has met.
     [[noreturn]] void abort( int exit_code ) const;

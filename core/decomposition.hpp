@@ -24,6 +24,7 @@ namespace Machpoint
 /*!
   \brief Number of ranks along each axis for the least area of all cuts.
   \param cells of the domain [Dim] \param size number of ranks
+  \return [Dim]; their product is size, even if that is more than all cells
 */
 template <int Dim>
 Indices<Dim> chooseRanks( const Indices<Dim>& cells, const int size )
@@ -80,8 +81,8 @@ struct BoxFinder
     //! Cuts of an axis on the device, [boxes + 1].
     using CutView = Kokkos::View<int*, MemorySpace>;
 
-    Grid<Dim> grid;
-    Kokkos::Array<CutView, Dim> cuts;
+    Grid<Dim> grid;                   //!< the whole domain
+    Kokkos::Array<CutView, Dim> cuts; //!< of each axis
 
     //! \param x [Dim] \return number of the box, x first
     KOKKOS_INLINE_FUNCTION int operator()( const Vector<Dim>& x ) const
@@ -165,12 +166,14 @@ class Decomposition
     }
 
     //! Moves the boxes; their number stays. All ranks give the same cuts.
+    //! \param cuts [Dim][ranks + 1]
     void setCuts( const Cuts<Dim>& cuts )
     {
         _cuts = cuts;
         _device_cuts = findBoxes<Dim>( Grid<Dim>{}, cuts ).cuts;
     }
 
+    //! The ranks that share the domain.
     const Communicator& comm() const { return _comm; }
     //! Ranks along each axis [Dim].
     const Indices<Dim>& ranks() const { return _ranks; }
@@ -178,7 +181,7 @@ class Decomposition
     const std::vector<int>& cuts( const int d ) const { return _cuts[d]; }
 
     //! Writes the cuts, or takes up those that were written; where there were
-    //! other numbers of boxes, its own stay.
+    //! other numbers of boxes, its own stay. \throws ArchiveError
     void checkpoint( Archive& archive )
     {
         Cuts<Dim> cuts;
@@ -216,7 +219,7 @@ class Decomposition
     }
 
     //! The rank beside this one, around the domain's ends.
-    //! \param direction -1 or 1
+    //! \param direction -1 or 1 \return its number
     int neighbour( const int axis, const int direction ) const
     {
         auto place = _place;

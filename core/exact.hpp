@@ -51,7 +51,8 @@ class RiemannSolution
     */
     GasState sample( double x_over_t ) const;
 
-    //! Pressure between the two waves; that of a cold gas beside vacuum.
+    //! Pressure between the two waves; that of a cold gas, -p_inf, beside
+    //! vacuum.
     double starPressure() const { return _star_pressure - _offset; }
 
     //! Velocity of the contact; beside vacuum that of the gas' front, and the
@@ -106,8 +107,8 @@ class RiemannSolution
 //! is 0 for an ideal gas.
 struct GasLaw
 {
-    double gamma;
-    double pressure_offset;
+    double gamma;           //!< > 1
+    double pressure_offset; //!< p_inf >= 0, pressure
 };
 
 //! The lengths [3] after which the gas of a resolved input repeats along the
@@ -143,17 +144,18 @@ class AcousticWave
     //! \param position s_0, where a node of the sine stands
     //! \param amplitude A, velocity over sound speed, 0 to 2 / (gamma - 1)
     //! \param wavelength lambda > 0
+    //! \throws std::invalid_argument for other amplitudes
     AcousticWave( const GasState& background, const Vector3& direction,
                   double position, double amplitude, double wavelength,
                   const GasLaw& law );
 
-    //! \param t from 0 to breakingTime()
+    //! \param x position [3], length \param t from 0 to breakingTime()
     GasState state( const Vector3& x, double t ) const;
 
-    //! d/ds of the velocity along the direction at t = 0, s = n . x.
+    //! d/ds of the velocity along the direction at t = 0, s = n . x. 1/time
     double initialSlope( const Vector3& x ) const;
 
-    //! When characteristics first meet.
+    //! When characteristics first meet; infinite without amplitude.
     double breakingTime() const;
 
     //! The unit vector along which it runs.
@@ -191,10 +193,10 @@ class IsentropicVortex
     IsentropicVortex( const GasState& stream, const Vector3& center,
                       double strength, double radius, const GasLaw& law );
 
-    //! \param offset x - x_c [3] from the centre at that time
+    //! \param offset x - x_c [3] from the centre at that time, length
     GasState stateAt( const Vector3& offset ) const;
 
-    //! d v_a / d x_b [2][2] at an offset from the centre.
+    //! d v_a / d x_b [2][2] at an offset from the centre, 1/time.
     std::array<std::array<double, 2>, 2>
     gradientAt( const Vector3& offset ) const;
 
@@ -232,9 +234,11 @@ class NohSolution
     NohSolution( int dimension, const Vector3& center, double density,
                  double speed, double pressure, double gamma );
 
+    //! \param x position [3], components beyond D are ignored
+    //! \param t time; up to 0 the gas as it begins
     GasState state( const Vector3& x, double t ) const;
 
-    //! Unit vector away from the centre, 0 there, and the distance.
+    //! Unit vector away from the centre, 0 there, and the distance, length.
     std::pair<Vector3, double> radial( const Vector3& x ) const;
 
   private:

@@ -15,17 +15,17 @@ namespace Machpoint
 //! What can be wrong with a particle after a step, the worst last.
 enum class FaultKind : int
 {
-    none,
+    none,            //!< the particle is sound
     moved_too_far,   //!< more than a cell
     negative_energy, //!< specific internal energy, or what is heat of it
     no_volume,       //!< so density is not positive
-    not_finite
+    not_finite       //!< place, velocity, volume or heat
 };
 
 //! A particle that a step broke; none when particle is negative.
 struct Fault
 {
-    int particle = -1;
+    int particle = -1; //!< its row
     FaultKind kind = FaultKind::none;
 
     //! Keeps the worst fault, of equal ones that of the largest number, so

@@ -29,7 +29,7 @@ class IoError : public std::runtime_error
     using std::runtime_error::runtime_error;
 
     /*!
-      \param[in] file What was being written.
+      \param[in] file What was being read, written or listed.
       \param[in] operation What failed, e.g. "cannot create the file".
       \param[in] error The errno of the failure; 0 when there is none.
     */
@@ -53,7 +53,9 @@ class IoError : public std::runtime_error
 /*!
   \brief Runs an action on every rank, and ends it alike on all of them.
 
-  Collective. The action may be one that only some ranks do.
+  Collective. The action may be one that only some ranks do. What else than an
+  IoError an action throws is its rank's alone, which then has to end the others
+  (Communicator::abort): they wait for it.
   \throws IoError on every rank, that of the first rank whose action threw one
 */
 template <class Action>
@@ -93,7 +95,7 @@ void onRoot( const Communicator& ranks, Action&& action )
               } );
 }
 
-//! The name under which a file is written before it is whole.
+//! The name under which a file is written before it is whole: `<target>.tmp`.
 std::filesystem::path temporaryName( const std::filesystem::path& target );
 
 /*!
@@ -149,7 +151,8 @@ class DirectoryLock
   public:
     //! Of no directory.
     DirectoryLock() = default;
-    //! \param directory which exists \throws IoError another lock holds it
+    //! \param directory which exists; one that cannot be opened is not locked
+    //! \throws IoError another lock holds it
     explicit DirectoryLock( const std::filesystem::path& directory );
     DirectoryLock( DirectoryLock&& other ) noexcept
         : _file( std::exchange( other._file, -1 ) )

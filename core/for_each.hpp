@@ -39,7 +39,8 @@ inline constexpr int few_stencils = Dim == 1   ? 192
                                                : 16;
 //! @}
 
-//! Are these shared all the same? For tests, whose scenes are small.
+//! Are these shared all the same? For tests, whose scenes are small: they set
+//! it, between loops.
 inline bool& sharesFewTurns()
 {
     static bool shares = false;

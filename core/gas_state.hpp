@@ -14,8 +14,8 @@ namespace Machpoint
 //! Primitive state of a gas.
 struct GasState
 {
-    double density;
-    //! [3]; components beyond the dimension are 0.
+    double density; //!< mass/length^Dim; 0: no gas
+    //! [3], length/time; components beyond the dimension are 0.
     Vector3 velocity;
     double pressure;
 };
@@ -30,7 +30,8 @@ inline Vector3 toVector3( const Json& json )
     return result;
 }
 
-//! The keys `density`, `velocity` and `pressure` of an input.
+//! The keys `density`, `velocity` and `pressure` of an entry of an input.
+//! \param json resolved
 inline GasState toGasState( const Json& json )
 {
     return { json.at( "density" ), toVector3( json.at( "velocity" ) ),

@@ -35,6 +35,7 @@ struct Grid
     }
 
     //! Cell of a position along one axis, clamped to cells first to last.
+    //! \param x along axis d, length
     KOKKOS_INLINE_FUNCTION int cellWithin( const Real x, const int d,
                                            const int first,
                                            const int last ) const
@@ -60,7 +61,7 @@ struct Grid
         return volume;
     }
 
-    //! The smallest spacing: h in the time step and the viscosity.
+    //! The smallest spacing: h in the time step and the viscosity, length.
     KOKKOS_INLINE_FUNCTION Real minSpacing() const
     {
         Real h = spacing[0];
@@ -68,7 +69,7 @@ struct Grid
             h = Kokkos::min( h, spacing[d] );
         return h;
     }
-    //! The largest spacing.
+    //! The largest spacing, length.
     KOKKOS_INLINE_FUNCTION Real maxSpacing() const
     {
         Real h = spacing[0];

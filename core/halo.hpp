@@ -23,16 +23,16 @@ namespace Machpoint
 //! What lies beyond one side of the domain.
 enum class SideKind : int
 {
-    periodic,
-    slip,    //!< mirror, normal component negated
-    no_slip, //!< mirror, all components negated
-    open     //!< mirror, zero gradient
+    periodic, //!< shifted image, unchanged
+    slip,     //!< mirror, normal component negated
+    no_slip,  //!< mirror, all components negated
+    open      //!< mirror, zero gradient
 };
 
 //! How a component of a node field changes under reflection.
 enum class Parity : int
 {
-    scalar,
+    scalar,   //!< not at all
     velocity, //!< component of a velocity or momentum
     force     //!< component of a force: the gradient of a mirrored scalar
 };
@@ -43,7 +43,7 @@ enum class Parity : int
 struct NodeComponent
 {
     Parity parity = Parity::scalar;
-    int axis = 0;
+    int axis = 0;      //!< of a vector's component
     int staggered = 0; //!< bit d: halfway to the next node along axis d
 };
 
@@ -92,8 +92,8 @@ NodeComponents<Vectors * Dim> vectorComponents( const Parity parity )
 }
 //! @}
 
-//! Kind of each node of a side, [nodes of the side, halo included]; empty where
-//! the rank's box does not reach the side.
+//! Kind of each node of a side, [nodes of the side, halo included]; not read
+//! where the rank's box does not reach the side.
 using KindView = Kokkos::View<SideKind*, MemorySpace>;
 
 //! Share of an owned node that belongs to this domain: 1/2 on a wall that runs
@@ -102,8 +102,8 @@ using KindView = Kokkos::View<SideKind*, MemorySpace>;
 template <int Dim>
 struct NodeWeights
 {
-    NodeLayout<Dim> layout;
-    Kokkos::Array<KindView, 2 * Dim> kinds;
+    NodeLayout<Dim> layout;                 //!< this rank's nodes
+    Kokkos::Array<KindView, 2 * Dim> kinds; //!< of each side; see Halo
 
     //! \param i a stored node [Dim] \return 0 for one that is not owned
     KOKKOS_INLINE_FUNCTION Real operator()( const Indices<Dim>& i ) const
@@ -147,7 +147,8 @@ class NodeRows
     {
     }
 
-    //! \param kernel called with a row, on the device
+    //! \param label of the kernel \param kernel called with a row, on the
+    //! device
     template <class Kernel>
     void forEach( const char* label, const Kernel& kernel ) const
     {
@@ -349,8 +350,12 @@ class Halo
     //! For sums that no kernel reads meanwhile.
     static void nothing( const NodeRows& ) {}
 
-    // Public only because nvcc wants the types and the parent function of a
-    // device lambda to be accessible.
+    //! \name Parts of kernels
+    //! Public only because nvcc wants the types and the parent function of a
+    //! device lambda to be accessible. Those with a node take rows of a field,
+    //! a column of it, and its imageSign.
+    //! @{
+    //! Adds what is on a node to its image.
     struct FoldNode
     {
         KOKKOS_INLINE_FUNCTION void operator()( const NodeView& field,
@@ -361,6 +366,7 @@ class Halo
             field( image, c ) += sign * field( node, c );
         }
     };
+    //! Adds what a neighbour has sent.
     struct AddValue
     {
         KOKKOS_INLINE_FUNCTION void operator()( Real& value,
@@ -369,6 +375,7 @@ class Halo
             value += received;
         }
     };
+    //! Takes what a neighbour has sent.
     struct SetValue
     {
         KOKKOS_INLINE_FUNCTION void operator()( Real& value,
@@ -377,6 +384,7 @@ class Halo
             value = received;
         }
     };
+    //! Copies its image to a node, unless it is its own.
     struct FillNode
     {
         KOKKOS_INLINE_FUNCTION void operator()( const NodeView& field,
@@ -388,6 +396,7 @@ class Halo
                 field( node, c ) = sign * field( image, c );
         }
     };
+    //! Sets to 0 what is its own negative image.
     struct RestNode
     {
         KOKKOS_INLINE_FUNCTION void operator()( const NodeView& field,
@@ -400,9 +409,11 @@ class Halo
         }
     };
 
-    // One thread serves a line of nodes across the box: both its ends.
-    // Axes go one after the other over lines that include the halo of the
-    // others, so edges and corners come out right.
+    //! Calls apply( field, row, row of the image, column, sign ) for all that
+    //! lies on or beyond the sides of an axis. One thread serves a line of
+    //! nodes across the box: both its ends. Axes go one after the other over
+    //! lines that include the halo of the others, so edges and corners come out
+    //! right.
     template <std::size_t N, class Operation>
     void overSides( const char* label, const int axis, const NodeView& field,
                     const NodeComponents<N>& components,
@@ -495,6 +506,7 @@ class Halo
         Kokkos::deep_copy( rows, found );
         return rows;
     }
+    //! @}
 
   private:
     using Exchange = HaloExchange<Dim>;

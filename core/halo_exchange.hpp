@@ -24,7 +24,7 @@ class HaloExchange
     //! Layers of nodes, by number of the first.
     struct Layers
     {
-        int first;
+        int first; //!< as nodes are numbered along the axis
         int count;
     };
     //! What goes to and comes from the neighbour on one side; rank < 0: none.
@@ -35,12 +35,15 @@ class HaloExchange
     };
 
     HaloExchange() = default;
+    //! \param layout of all fields that are to be sent
     HaloExchange( const NodeLayout<Dim>& layout, const Communicator& comm )
         : _layout( layout ), _comm( comm )
     {
     }
 
-    //! \param sides lower and upper \param columns the first of the field
+    //! Packs and sends; waits for the kernels before.
+    //! \param field [nodes][>= columns] \param columns that are sent
+    //! \param sides lower and upper
     void start( const NodeView& field, const int axis, const int columns,
                 const Side ( &sides )[2] )
     {
@@ -82,6 +85,9 @@ class HaloExchange
 #endif
     }
 
+    //! Waits for what `start` was called for with the same arguments, and takes
+    //! it up. \param apply callable on the device with a number of the field
+    //! and the one received for it
     template <class Operation>
     void finish( const NodeView& field, const int axis, const int columns,
                  const Side ( &sides )[2], const Operation& apply )
@@ -112,15 +118,17 @@ class HaloExchange
 #endif
     }
 
-    // Public only because nvcc wants the types and the parent function of a
-    // device lambda to be accessible.
-
+    //! \name Parts of start and finish
+    //! Public only because nvcc wants the types and the parent function of a
+    //! device lambda to be accessible.
+    //! @{
     //! Memory of a message, and where MPI does not reach it a copy on the host.
     struct Buffer
     {
-        Kokkos::View<Real*, MemorySpace> device;
-        Kokkos::View<Real*, Kokkos::HostSpace> host;
+        Kokkos::View<Real*, MemorySpace> device; //!< [>= numbers of a message]
+        Kokkos::View<Real*, Kokkos::HostSpace> host; //!< the same, or empty
 
+        //! Makes room for n numbers; former ones may be lost.
         void reserve( const int n )
         {
             if ( static_cast<int>( device.extent( 0 ) ) >= n )
@@ -134,6 +142,7 @@ class HaloExchange
         {
             return mpiReachesMemory() ? device.data() : host.data();
         }
+        //! Brings the first n numbers to where MPI reads them; waits.
         void toHost( const int n ) const
         {
             if ( !mpiReachesMemory() )
@@ -141,6 +150,7 @@ class HaloExchange
                     Kokkos::subview( host, Kokkos::make_pair( 0, n ) ),
                     Kokkos::subview( device, Kokkos::make_pair( 0, n ) ) );
         }
+        //! Brings them back from where MPI has written them; waits.
         void toDevice( const int n ) const
         {
             if ( !mpiReachesMemory() )
@@ -170,6 +180,8 @@ class HaloExchange
         return layout( i );
     }
 
+    //! Copies layers of a field to a buffer, [layers][nodes of a
+    //! layer][columns].
     void pack( const NodeView& field, const int axis, const int columns,
                const Layers& layers, Buffer& buffer ) const
     {
@@ -188,6 +200,8 @@ class HaloExchange
             } );
     }
 
+    //! Hands what a buffer has to the layers of a field. \param apply see
+    //! finish
     template <class Operation>
     void unpack( const NodeView& field, const int axis, const int columns,
                  const Layers& layers, const Buffer& buffer,
@@ -206,6 +220,7 @@ class HaloExchange
                     apply( field( row, c ), values( k * columns + c ) );
             } );
     }
+    //! @}
 
   private:
     //! Values in some layers.

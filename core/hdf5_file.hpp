@@ -133,12 +133,13 @@ void writeHdf5(
 class Hdf5Reader
 {
   public:
+    //! Opens it. A build without HDF5 can open none.
     explicit Hdf5Reader( const std::filesystem::path& file );
     Hdf5Reader( const Hdf5Reader& ) = delete;
     Hdf5Reader& operator=( const Hdf5Reader& ) = delete;
     ~Hdf5Reader();
 
-    //! Is there such a dataset?
+    //! Is there such a dataset? Throws nothing.
     bool has( const std::string& dataset ) const;
     //! Shape of the whole array.
     std::vector<std::size_t> shape( const std::string& dataset ) const;

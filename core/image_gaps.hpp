@@ -27,7 +27,7 @@ template <int Dim>
 struct ImageCover
 {
     Bodies<Dim> bodies;
-    Grid<Dim> grid;
+    Grid<Dim> grid;      //!< the whole domain
     Indices<Dim> period; //!< of the nodes; 0: the side mirrors
     int stencil_nodes;   //!< of the basis, along an axis
 
@@ -39,6 +39,7 @@ struct ImageCover
     }
 
     //! Is there gas, if it is everywhere but in bodies with images?
+    //! \param x [Dim]
     KOKKOS_FUNCTION bool isGas( const Vector<Dim>& x ) const
     {
         for ( int d = 0; d < Dim; ++d )

@@ -84,7 +84,7 @@ void applyImageWeight( State<Dim>& state )
     pushNodes<Dim>( state, excess.field(), one );
 }
 
-//! The work of it, to the ledger.
+//! The work of it, this rank's part, to the ledger; energy.
 template <int Dim>
 void accountForImageWeight( State<Dim>& state )
 {

@@ -129,7 +129,7 @@ struct ImageGaps
 template <int Dim>
 struct Images
 {
-    int count = 0;
+    int count = 0;      //!< of this rank
     IndexList particle; //!< [>= count]
     //! Normal [Dim] and distance of each mirror, [>= count][Dim + 1]
     NodeView mirrors;
@@ -146,6 +146,7 @@ struct Images
         Kokkos::resize( impulses, needed + needed / 4, Dim );
     }
 
+    //! That of image k.
     KOKKOS_INLINE_FUNCTION Mirror<Dim> mirror( const int k ) const
     {
         Mirror<Dim> m{};

@@ -25,8 +25,8 @@ class InitialGas
     //! \param input resolved \throws InputError where there is no such gas
     explicit InitialGas( const Json& input );
 
-    //! Of zero density where there is none. \param x position
-    //! \param[out] gradient of the velocity
+    //! Of zero density where there is none. \param x position [Dim], length
+    //! \param[out] gradient of the velocity, 1/time
     GasState at( const Vector<Dim>& x, Gradient& gradient ) const;
 
     //! Why there is no such gas, where, and what to do; empty if there is.

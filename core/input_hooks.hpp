@@ -27,8 +27,8 @@ struct SideClaim
 //! What an entry may ask of the method.
 struct MethodFacts
 {
-    std::string name;
-    bool has_images; //!< does it take mirror images of particles?
+    std::string name; //!< `method.name`
+    bool has_images;  //!< does it take mirror images of particles?
 };
 
 /*!
@@ -79,6 +79,7 @@ InputHooks inputHooksOf()
 }
 
 //! Names of the sides, "x_lower" first: side 2 * axis + (upper ? 1 : 0).
+//! \param dimension 0: of all axes
 inline std::vector<std::string> sideNames( const int dimension )
 {
     const std::vector<std::string> all = { "x_lower", "x_upper", "y_lower",

@@ -16,7 +16,9 @@
 #include <cassert>
 #include <cstdint>
 
-// MACHPOINT_ONE_LANE lets a CPU run what a GPU does, to test it.
+//! \def MACHPOINT_HAS_LANES
+//! Do kernels take several particles at once? MACHPOINT_ONE_LANE lets a CPU run
+//! what a GPU does, to test it.
 #if !defined( KOKKOS_ENABLE_CUDA ) && !defined( KOKKOS_ENABLE_HIP ) &&         \
     !defined( KOKKOS_ENABLE_SYCL ) && !defined( MACHPOINT_ONE_LANE )
 #define MACHPOINT_HAS_LANES
@@ -58,8 +60,8 @@ inline constexpr int lane_count = static_cast<int>( Lanes::size() );
 //! Node rows of the particles of a pack: row[l] + shift.
 struct LaneRows
 {
-    const int* row;
-    int shift;
+    const int* row; //!< [lane_count]
+    int shift;      //!< from there, the same for all
 };
 
 #else
@@ -130,6 +132,7 @@ struct OverPacks
 } // namespace Impl
 
 //! Calls body( p ) for the packs of n particles, in parallel: see forEach.
+//! \param few packs that are not worth a second thread
 template <class Body>
 void forEachPack( const char* label, const int n, const Body& body,
                   const int few = few_particles )
@@ -347,8 +350,9 @@ KOKKOS_FORCEINLINE_FUNCTION void storeLanes( Value* const place,
 }
 //! @}
 
-// A slice of an AoSoA holds as many neighbours as its tiles are long, and packs
-// never cross tiles.
+//! Component d... of the particles of a pack; fetches the memory ahead. A slice
+//! of an AoSoA holds as many neighbours as its tiles are long, and packs never
+//! cross tiles.
 template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION Lanes load( const Slice& slice, const Pack p,
                                         const D... d )
@@ -357,6 +361,7 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes load( const Slice& slice, const Pack p,
     prefetch( slice, p.first, d... );
     return loadLanes( &slice( p.first, d... ) );
 }
+//! Writes it, idle lanes included.
 template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Lanes& value,
                                         const Pack p, const D... d )
@@ -364,6 +369,7 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Slice& slice, const Lanes& value,
     static_assert( Slice::vector_length % lane_count == 0 );
     storeLanes( &slice( p.first, d... ), value );
 }
+//! As they will be read from Deviations.
 KOKKOS_FORCEINLINE_FUNCTION Lanes asDeviation( const Lanes& value )
 {
     if constexpr ( is_mixed )
@@ -376,6 +382,7 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes asDeviation( const Lanes& value )
         return value;
 }
 
+//! The same, past the cache where the slice is written so.
 template <class Slice, class... D>
 KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
                                         const Lanes& value, const Pack p,
@@ -394,7 +401,8 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
     store( written.slice, value, p, d... );
 }
 
-//! Node rows of a pack, from a column on.
+//! Node rows of a pack, from a column on: row rows.row[l] starts its number of
+//! rows behind this.
 inline const Real* columnsFrom( const NodeView& nodes, const LaneRows& rows,
                                 const int first )
 {
@@ -402,6 +410,7 @@ inline const Real* columnsFrom( const NodeView& nodes, const LaneRows& rows,
            static_cast<std::size_t>( rows.shift ) * nodes.stride( 0 ) + first;
 }
 
+//! Column c of the nodes, one of each lane.
 KOKKOS_FORCEINLINE_FUNCTION Lanes at( const NodeView& nodes,
                                       const LaneRows& rows, const int c )
 {
@@ -454,8 +463,9 @@ loadRow( const NodeView& nodes, const LaneRows& rows, Lanes ( &values )[K],
 //! Rows of stencils, one of each lane.
 struct LaneBases
 {
-    int row[lane_count];
+    int row[lane_count]; //!< of the first node
 };
+//! Node rows: of each lane the stencil's first, and how far from it.
 KOKKOS_FORCEINLINE_FUNCTION LaneRows rowAt( const LaneBases& base,
                                             const int shift )
 {
@@ -467,6 +477,7 @@ KOKKOS_FORCEINLINE_FUNCTION LaneRows rowAt( const LaneBases& base,
 
 //! \name Rows of stencils, one of each particle
 //! @{
+//! int for a Real, LaneBases for Lanes.
 template <class Number>
 struct BasesOf
 {
@@ -501,8 +512,8 @@ KOKKOS_FORCEINLINE_FUNCTION void advance( LaneBases& bases, const Lanes& steps,
 }
 #endif
 
-//! Are the rows of all particles from `first` on, and before `end`? \param p a
-//! particle's row or a pack
+//! Are the rows of all particles from `first` on, and before `end`? Asked of a
+//! particle's row or a pack, whose idle lanes do not count.
 template <class Particle>
 KOKKOS_FORCEINLINE_FUNCTION bool areWithin( const Particle, const int base,
                                             const int first, const int end )
@@ -533,6 +544,7 @@ using NodeRow = decltype( rowAt( std::declval<const Bases<Number>&>(), 0 ) );
 //! @}
 
 //! \name Over the particles of a pack
+//! Idle lanes count, too, in largest and smallest: see active.
 //! @{
 #ifdef MACHPOINT_HAS_LANES
 //! Which lanes stand for particles.

@@ -185,11 +185,14 @@ void gridToParticlesApic( const State<Dim>& state )
 //! The `apic` method: what differs between methods within a step.
 struct Apic : MethodDefaults
 {
+    //! \name What method_defaults.hpp asks of every method
+    //! @{
     static constexpr const char* name = "apic";
     static constexpr const char* summary =
         "affine particle-in-cell with centred, conservative energy update";
     static constexpr const char* default_basis = "quadratic";
     static constexpr bool affine = true;
+    //! @}
 
     //! Node fields beyond those of State; none.
     template <int Dim>
@@ -211,8 +214,8 @@ struct Apic : MethodDefaults
     }
 
     //! Lines 6 to 10: everything from the new node velocities to the new
-    //! particles, positions included. \param constrain applies boundaries to
-    //! a node velocity; unused, as `apic` has no second grid velocity.
+    //! particles, positions included. What applies boundaries to a node
+    //! velocity is not asked, as `apic` has no second grid velocity.
     template <class Basis, int Dim, class Constrain>
     static void gridToParticles( State<Dim>& state, Storage<Dim>&,
                                  const Constrain& )

@@ -32,27 +32,35 @@ namespace Machpoint
 //! The `conservative` method: what differs between methods within a step.
 struct Conservative : MethodDefaults
 {
+    //! \name What method_defaults.hpp asks of every method
+    //! @{
     static constexpr const char* name = "conservative";
     static constexpr const char* summary =
         "volume-normalised staggered pressure; mass, momentum and total energy "
         "exact";
     static constexpr const char* default_basis = "quadratic";
     static constexpr bool affine = true;
+    //! @}
     //! Half a step of motion leads up to a cell beyond the box, and so may
     //! images lie.
     static constexpr int reach = 1;
     //! A new velocity takes the faces on both sides of its node, the limiter
     //! of the viscosity the new velocities next to a face.
     static constexpr int margin = 2;
+    //! The face ahead of a rank's first node is in a row of its halo.
     static constexpr bool needs_outer_moments = true;
 
+    //! mass, momentum [Dim], theta [Dim], pressure [Dim], blend
     template <int Dim>
     static constexpr int moment_columns = 2 + 3 * Dim;
+    //! v [Dim], v' [Dim], 1 - beta, and perhaps some that pad them
     template <int Dim>
     static constexpr int velocity_columns = Impl::velocity_columns<Dim>;
+    //! Behind v and v'.
     template <int Dim>
     static constexpr int lag_column = 2 * Dim;
 
+    //! What moment_columns lists.
     template <int Dim>
     static auto momentComponents()
     {
@@ -73,16 +81,19 @@ struct Conservative : MethodDefaults
     template <int Dim>
     struct Storage
     {
-        ConservativeParts parts;
-        NodeView faces;
-        Impl::OpenFaces<Dim> open_faces;
-        Impl::BodySides<Dim> body_sides;
+        ConservativeParts parts;         //!< which are on
+        NodeView faces;                  //!< [nodes][4 Dim], see FaceMotion
+        Impl::OpenFaces<Dim> open_faces; //!< on open sides
+        Impl::BodySides<Dim> body_sides; //!< on sides within bodies
+        //! Null where particles are neither halved nor merged.
         Sidecar<HistoryMembers<Dim>>* history = nullptr;
         Impl::HalfCellMarks marks; //!< scratch of merging
         Reused<std::int64_t> new_ids{ "Machpoint::newIds" }; //!< of splitting
         NodeSum heat;  //!< scratch of the exchanges of heat and volume
         NodeSum means; //!< scratch of pressure relaxation
 
+        //! Gives the particles the sidecars that the parts need, and lays out.
+        //! \param input resolved
         Storage( State<Dim>& state, const Json& input )
             : parts( input.at( "method" ) )
         {
@@ -114,7 +125,7 @@ struct Conservative : MethodDefaults
             layOut( state );
         }
 
-        //! Allocates the node fields.
+        //! Allocates the node fields, and finds the faces on sides.
         void layOut( const State<Dim>& state )
         {
             const int total = state.layout.total;

@@ -2,10 +2,12 @@
   \file method_defaults.hpp
   \brief Layer 5: what a method need not say.
 
-  A method is a struct with a name, a summary, a default basis, `affine`, a
-  Storage (whose layOut allocates its node fields, again when the rank's box has
-  moved) and gridToParticles; the time loop calls the members below in the
-  order of the time step, and a method that has more to do there hides them.
+  A method is a struct with a name (`method.name`), a summary for `machpoint
+  list`, a default basis, `affine` (do particles carry an affine velocity
+  field?), a Storage (whose layOut allocates its node fields, again when the
+  rank's box has moved) and gridToParticles; the time loop calls the members
+  below in the order of the time step, and a method that has more to do there
+  hides them.
 */
 #ifndef MACHPOINT_METHOD_DEFAULTS_HPP
 #define MACHPOINT_METHOD_DEFAULTS_HPP
@@ -38,9 +40,10 @@ struct MethodDefaults
     template <int Dim>
     static constexpr int lag_column = -1;
 
-    //! Columns of Nodes::moments and Nodes::velocities.
+    //! Columns of Nodes::moments: mass, momentum [Dim], force [Dim].
     template <int Dim>
     static constexpr int moment_columns = 1 + 2 * Dim;
+    //! Columns of Nodes::velocities: v [Dim], v' [Dim].
     template <int Dim>
     static constexpr int velocity_columns = 2 * Dim;
 
@@ -65,7 +68,7 @@ struct MethodDefaults
     }
 
     //! Largest time step that the arrangement of this rank's particles allows.
-    //! Asked for after P2G, every few steps, for those to come.
+    //! Asked for after P2G, every few steps, for those to come. time
     template <class Basis, int Dim, class StorageType>
     static double stableTimeStep( const State<Dim>&, const StorageType&,
                                   const EquationOfState<Dim>& )

@@ -148,12 +148,15 @@ void updateParticles( const State<Dim>& state, const NodeView& velocity )
 //! The `paper` method: what differs between methods within a step.
 struct Paper : MethodDefaults
 {
+    //! \name What method_defaults.hpp asks of every method
+    //! @{
     static constexpr const char* name = "paper";
     static constexpr const char* summary =
         "Algorithm 1 of Baioni et al. (2023): FLIP, MUSL, energy 9b, "
         "density 9c";
     static constexpr const char* default_basis = "linear";
     static constexpr bool affine = false;
+    //! @}
     //! 9b can take more energy than there is.
     static constexpr bool positive_energy = false;
     //! The paper has none, at Mach 3 either.
@@ -163,8 +166,9 @@ struct Paper : MethodDefaults
     template <int Dim>
     struct Storage
     {
-        NodeSum velocity;
+        NodeSum velocity; //!< momentum, then velocity [nodes][Dim]
         Storage( const State<Dim>& state, const Json& ) { layOut( state ); }
+        //! Allocates it for the nodes that there are now.
         void layOut( const State<Dim>& state )
         {
             velocity = makeNodeSum( "Machpoint::secondVelocity", state, Dim );

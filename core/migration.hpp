@@ -54,6 +54,7 @@ class Migration
     //! Number of particles that arrive.
     int arriving() const { return static_cast<int>( _plan.totalNumImport() ); }
 
+    //! Puts the members of an AoSoA into the records.
     //! \param rows [leavers] in the order of the ranks given
     template <class AoSoA>
     void pack( const AoSoA& aosoa, const IndexList& rows )
@@ -99,9 +100,11 @@ class Migration
             few_particles );
     }
 
-    // Public only because nvcc wants the types of a device lambda to be
-    // accessible.
-
+    //! \name Parts of pack and unpack
+    //! Public only because nvcc wants the types of a device lambda to be
+    //! accessible.
+    //! @{
+    //! One after the other, [particles * words of a record].
     using Records = Kokkos::View<Word*, MemorySpace>;
 
     //! The members of one AoSoA in all records.
@@ -109,8 +112,10 @@ class Migration
     struct Part
     {
         Records records;
+        //! Word of a record at which they begin, and words of a record.
         int first, words;
 
+        //! Those of record k.
         KOKKOS_INLINE_FUNCTION Tuple& operator()( const int k ) const
         {
             void* const place =
@@ -118,6 +123,7 @@ class Migration
             return *static_cast<Tuple*>( place );
         }
     };
+    //! @}
 
   private:
     Records makeRecords( const std::string& label,

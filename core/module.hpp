@@ -39,7 +39,8 @@ struct GridVelocity
 /*!
   \brief Base of all physics and boundary modules: hooks that do nothing.
 
-  The time loop calls none that a module does not override (hooksOf).
+  The time loop calls none of MACHPOINT_HOOKS that a module does not override
+  (hooksOf).
 */
 template <int Dim>
 class Module
@@ -58,8 +59,8 @@ class Module
     virtual void initialize( State<Dim>& ) {}
     //! Sets or adds to the pressure and sound speed of particles.
     virtual void particleState( State<Dim>& ) {}
-    //! Largest stable time step for this rank's gas, state.cfl included where
-    //! it is due; infinity when there is no limit.
+    //! Largest stable time step for this rank's gas, time, state.cfl included
+    //! where it is due; infinity when there is no limit.
     virtual Real limitTimeStep( State<Dim>& )
     {
         return Kokkos::Experimental::infinity_v<Real>;
@@ -103,10 +104,9 @@ class Module
     //! Adds new particles at the end. Those marked are still there.
     virtual void inject( State<Dim>& ) {}
 
-    //! Does it take this place of its sides (InputHooks::sides)?
-    //! \param x on the side [Dim]
+    //! Does it take this place [Dim] on one of its sides (InputHooks::sides)?
     virtual bool covers( const Vector<Dim>& ) const { return true; }
-    //! Is a point inside a solid, so that no particle starts there?
+    //! Is a point [Dim] inside a solid, so that no particle starts there?
     virtual bool isSolid( const Vector<Dim>& ) const { return false; }
     //! Does gas enter or leave here, so that energy cannot balance?
     virtual bool isOpen() const { return false; }
@@ -115,6 +115,7 @@ class Module
     virtual bool exertsForce( int /*axis*/ ) const { return false; }
     //! Names all that this module carries from step to step and that its
     //! parameters do not tell, to write it or to read it back.
+    //! \throws ArchiveError
     virtual void checkpoint( Archive& ) {}
     //! The step is repeated from its start: forget what it contributed.
     virtual void rejectStep( State<Dim>& ) {}
@@ -131,7 +132,8 @@ template <int Dim>
 class EquationOfState : public Module<Dim>
 {
   public:
-    //! \param density, pressure of the gas \return energy per mass
+    //! \param density mass/length^Dim \param pressure of the gas
+    //! \return energy/mass
     virtual Real specificInternalEnergy( Real density,
                                          Real pressure ) const = 0;
     //! Sets pressure and sound speed of all particles:

@@ -37,7 +37,8 @@ void pushNodes( const State<Dim>& state, const NodeView& field,
 }
 
 //! dt sum_i f_i . (v_i + v'_i) / 2 over this rank's nodes: all that the force
-//! gives to the gas, as fold is the adjoint of fill. \param force [nodes][Dim]
+//! gives to the gas, as fold is the adjoint of fill. energy
+//! \param force [nodes][Dim]
 template <int Dim>
 ReproducibleSum workOnNodes( const State<Dim>& state, const NodeView& force )
 {

@@ -50,6 +50,7 @@ class NodeSeams
         return seams;
     }
 
+    //! How many have rows of their own; 1 on a GPU.
     int threads() const
     {
         return _first.extent( 0 ) > 0 ? _first.extent_int( 0 ) - 1 : 1;
@@ -175,7 +176,7 @@ class NodeScatter
     //! One number, to be added to.
     struct Place
     {
-        Real& sum;
+        Real& sum; //!< of the field, or of a thread's copy
         KOKKOS_FORCEINLINE_FUNCTION void operator+=( const Real term ) const
         {
             if constexpr ( has_copies )
@@ -187,14 +188,17 @@ class NodeScatter
     //! The nodes that a particle, or pack, adds to.
     struct Access
     {
-        Real* sums;
+        Real* sums; //!< the field, or a thread's copy [rows][columns]
         int columns;
+        //! On a GPU those of the warp that add along.
         [[no_unique_address]] Neighbours neighbours;
 
+        //! The columns of row i.
         KOKKOS_FORCEINLINE_FUNCTION Real* row( const int i ) const
         {
             return sums + static_cast<std::size_t>( i ) * columns;
         }
+        //! A column of row i, to be added to.
         KOKKOS_FORCEINLINE_FUNCTION Place operator()( const int i,
                                                       const int column ) const
         {
@@ -213,7 +217,7 @@ class NodeScatter
     //! What a thread needs to know, found out once for all that it adds.
     struct Thread
     {
-        Real* sums;
+        Real* sums; //!< the field [rows][columns]
         int columns;
         int first = 0, end = 0;        //!< its own rows
         int* cleared = nullptr;        //!< first of them that is not clear yet

@@ -38,6 +38,7 @@ class NodeSum
     //! \param comm the ranks that share the sum
     //! \param reproducible the same bits for any order of the terms
     //! \param seams the threads' rows
+    //! \throws std::logic_error a reproducible one has more than most_columns
     NodeSum( const NodeView& field, const Communicator& comm,
              const bool reproducible,
              const NodeSeams& seams = NodeSeams::make() )
@@ -123,7 +124,8 @@ class NodeSum
     //! @}
 
     //! Becomes, in every column, what is deposited in one column of another
-    //! sum that is not folded yet.
+    //! sum that is not folded yet. \param other of the same nodes, and as
+    //! reproducible
     void copyDeposit( const NodeSum& other, const int column )
     {
         const auto from = other._sums;
@@ -138,8 +140,8 @@ class NodeSum
             } );
     }
 
-    // Public only because nvcc wants the parent function of a device lambda to
-    // be accessible.
+    //! Adds up the two parts of a reproducible sum. Public only because nvcc
+    //! wants the parent function of a device lambda to be accessible.
     void joinParts() const
     {
         const auto field = _field;

@@ -70,7 +70,8 @@ struct Family
 */
 struct Parameter
 {
-    //! What kind of value the key takes.
+    //! What kind of value the key takes: see the methods of Parameters, which
+    //! have the same names.
     enum class Kind
     {
         Number,
@@ -114,6 +115,7 @@ struct Parameter
     Parameter& switches( std::string effect, Json off );
 
     //! \name What has been declared
+    //! By the methods above, and those of Parameters; what was not is empty.
     //!@{
     Kind kind = Kind::Number;
     std::string name;

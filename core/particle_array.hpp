@@ -36,6 +36,8 @@ template <class Members, class Space = MemorySpace>
 using ParticleArray =
     Cabana::AoSoA<Members, Space, tile_length<Members, Space>>;
 
+//! An order of particles: the k-th is row permutation( k ). Of each bin also
+//! its size and where it begins.
 using ParticleBins = Cabana::BinningData<MemorySpace>;
 
 //! Memory where particles are that is not in use meanwhile: for every particle
@@ -44,8 +46,8 @@ struct Scratch
 {
     static constexpr std::size_t least_bytes = 8; //!< of a particle
 
-    void* data;
-    std::size_t bytes;
+    void* data;        //!< on the device
+    std::size_t bytes; //!< of all of it
 };
 
 namespace Impl

@@ -31,14 +31,15 @@ using LastingMembers = Cabana::MemberTypes<Real, Real, Real, std::int64_t>;
 //! Names of the members of a particle, in the order of the types above.
 enum Member : std::size_t
 {
-    Position,               //!< x_p [Dim]
-    Velocity,               //!< v_p [Dim]
-    VelocityGradient,       //!< `apic`: affine matrix C_p; `paper`: L_p
-    Volume,                 //!< V_p; density is m_p / V_p
-    SpecificInternalEnergy, //!< e_p
-    Mass,                   //!< m_p; the first that lasts
+    Position,               //!< x_p [Dim], length
+    Velocity,               //!< v_p [Dim], length/time
+    VelocityGradient,       //!< `paper`: L_p, else the affine matrix C_p
+                            //!< [Dim][Dim], 1/time
+    Volume,                 //!< V_p, length^Dim; density is m_p / V_p
+    SpecificInternalEnergy, //!< e_p, energy/mass
+    Mass,                   //!< m_p, mass; the first that lasts
     Pressure,               //!< p_p, and q_p where a viscosity adds it
-    SoundSpeed,             //!< c_p
+    SoundSpeed,             //!< c_p, length/time
     Id                      //!< unique for ever; negative: to be removed
 };
 
@@ -79,8 +80,8 @@ auto sliceOf( const Advanced& advanced, const Lasting& lasting )
 template <int Dim>
 struct HostParticles
 {
-    ParticleArray<AdvancedMembers<Dim>, Kokkos::HostSpace> advanced;
-    ParticleArray<LastingMembers, Kokkos::HostSpace> lasting;
+    ParticleArray<AdvancedMembers<Dim>, Kokkos::HostSpace> advanced; //!< [n]
+    ParticleArray<LastingMembers, Kokkos::HostSpace> lasting;        //!< [n]
 
     std::size_t size() const { return advanced.size(); }
     //! Those that stay keep their data; new ones are not set.
@@ -106,8 +107,10 @@ template <int Dim>
 class Particles
 {
   public:
+    //! Memory of the advanced members.
     using aosoa_type = ParticleArray<AdvancedMembers<Dim>>;
 
+    //! None yet.
     Particles()
         : _aosoa( "Machpoint::particles" ), _other( "Machpoint::otherState" ),
           _lasting( addSidecar<LastingMembers>( "Machpoint::lastingMembers",
@@ -272,20 +275,20 @@ class Particles
         else
             return Impl::copyMember<M - Mass>( _lasting.data() );
     }
-    //! Takes all particles from the host.
+    //! Takes all particles from the host, in place of those there are.
     void fromHost( const HostParticles<Dim>& host )
     {
         resize( host.size() );
         put( 0, host );
     }
-    //! Overwrites particles from row `first` on.
+    //! Overwrites particles from row `first` on, which are there already.
     void put( const std::size_t first, const HostParticles<Dim>& host )
     {
         Impl::putTuples( _aosoa, first, host.advanced );
         Impl::putTuples( _lasting.data(), first, host.lasting );
     }
 
-    //! Creates a sidecar that lives as long as the particles.
+    //! Creates a sidecar that lives as long as the particles; see Sidecar.
     template <class Members>
     Sidecar<Members>& addSidecar( const std::string& label,
                                   const DuringStep during_step,
@@ -425,19 +428,21 @@ class Particles
     {
         Positions x;
         Ids id;
-        RankOf rank_of;
-        int own;
+        RankOf rank_of; //!< a BoxFinder
+        int own;        //!< this rank
 
         //! The rank to go to; -1 for none.
         KOKKOS_INLINE_FUNCTION int target( const int p ) const
         {
             return id( p ) < 0 ? -1 : rank_of( loadVector<Dim>( x, p ) );
         }
+        //! Is p a stray?
         KOKKOS_INLINE_FUNCTION bool operator()( const int p ) const
         {
             return target( p ) != own;
         }
     };
+    //! Finds those of this rank; for kernels.
     template <class RankOf>
     auto strays( const Communicator& comm, const RankOf& rank_of ) const
     {
@@ -450,7 +455,7 @@ class Particles
     // The next ones are public only because nvcc wants the parent function of
     // a device lambda to be accessible.
 
-    //! \param rows of strays, ascending
+    //! The second half of migrate. \param rows of strays, ascending
     template <class RankOf>
     std::int64_t migrateRows( const Communicator& comm, const RankOf& rank_of,
                               const IndexList& rows )
@@ -509,6 +514,7 @@ class Particles
         Kokkos::View<Real*, MemorySpace> mass{ "Machpoint::keptMasses", 0 };
         Kokkos::View<std::int64_t*, MemorySpace> id{ "Machpoint::keptIds", 0 };
 
+        //! For n rows; those that are kept stay.
         void makeRoom( const int n )
         {
             if ( rows.extent_int( 0 ) >= n )
@@ -526,7 +532,8 @@ class Particles
         return _kept_ends.empty() ? 0 : _kept_ends.back();
     }
 
-    //! Of the rows kept those from begin to end - 1, each once.
+    //! Writes back the mass and id of the rows kept from begin to end - 1, of
+    //! which each stands there once.
     void giveBack( const int begin, const int end ) const
     {
         const auto kept = _kept;

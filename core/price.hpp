@@ -33,10 +33,12 @@ constexpr double least_error = round_off;
   The error is the one against the exact solution or, without one, the estimated
   one. Half of it takes a spacing of 2^(-1/p) h; that is 2^(Dim/p) times the
   cells and 2^(1/p) times the steps. The order p is the observed one where there
-  is an estimate, else 1: all that a discontinuity allows. Outputs stay as many,
+  is an estimate, up to highest_order, else 1: all that a discontinuity allows.
+  Below lowest_order half the error has no price. Outputs stay as many,
   and take the part of the time that they took since the last restart.
   \param summary with all other keys
   \param process_seconds of its wall seconds, those since the last restart
+  \return `price`; null for what is not known (docs/output.md)
 */
 Json makePrice( const Json& summary, double process_seconds );
 

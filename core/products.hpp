@@ -47,6 +47,7 @@ KOKKOS_FORCEINLINE_FUNCTION void addColumns( const Access& nodes, const int,
             nodes( row, first + static_cast<int>( k ) ) += values[k];
 }
 #ifndef MACHPOINT_HAS_LANES
+//! The same of the only particle of a pack.
 template <class Access, std::size_t K>
 KOKKOS_FORCEINLINE_FUNCTION void addColumns( const Access& nodes, const Pack,
                                              const int row, const int first,
@@ -111,12 +112,13 @@ accessTo( const Thread& thread, const Particle p,
 template <class Terms, int Dim, class Number>
 struct Products
 {
+    //! Says what they are.
     using terms_type = Terms;
     //! Columns from the first term's to the last one's.
     static constexpr int width =
         Terms::column( Terms::count - 1 ) - Terms::column( 0 ) + 1;
 
-    Number value[Terms::count];
+    Number value[Terms::count];      //!< at the particle
     Number slope[Terms::count][Dim]; //!< of those that are affine
 };
 
@@ -124,6 +126,8 @@ struct Products
 template <int Count>
 struct ValueTerms
 {
+    //! \name As this file's comment asks
+    //! @{
     static constexpr int count = Count;
     KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
     {
@@ -134,6 +138,7 @@ struct ValueTerms
         return false;
     }
     KOKKOS_FORCEINLINE_FUNCTION static constexpr int axis( int ) { return -1; }
+    //! @}
 };
 
 //! Weights of the face between a node and the next along each axis; none behind
@@ -141,8 +146,10 @@ struct ValueTerms
 template <class Basis, int Dim, class Number>
 struct FaceWeights
 {
+    //! [d][i]: of the face behind node i along axis d.
     Number w[Dim][Basis::nodes];
 
+    //! \param s of the particle, or pack
     KOKKOS_FORCEINLINE_FUNCTION
     FaceWeights( const Grid<Dim>& grid, const Stencil<Basis, Dim, Number>& s )
     {

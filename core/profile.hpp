@@ -21,10 +21,10 @@ namespace Machpoint
 struct ProfileEntry
 {
     std::string name;
-    std::int64_t calls = 0;
+    std::int64_t calls = 0;   //!< how often it was begun
     std::int64_t kernels = 0; //!< parallel_for, _reduce and _scan launched
     std::int64_t bytes = 0;   //!< allocated less freed
-    double seconds = 0;
+    double seconds = 0;       //!< of wall time
 };
 
 /*!
@@ -45,7 +45,9 @@ class Profile
     //! Clears all entries and installs the callbacks (once).
     static void start();
 
+    //! In the order in which they began for the first time.
     static const std::vector<ProfileEntry>& phases();
+    //! The same of effects.
     static const std::vector<ProfileEntry>& effects();
     //! Kernels launched since start(), by whomever.
     static std::int64_t kernels();
@@ -57,6 +59,7 @@ class Profile
     class Phase
     {
       public:
+        //! \param name of its entry, which phases may share
         explicit Phase( std::string_view name );
         ~Phase();
         Phase( const Phase& ) = delete;
@@ -70,6 +73,7 @@ class Profile
     class Effect
     {
       public:
+        //! \param name of its entry, as in the end table
         explicit Effect( std::string_view name );
         ~Effect();
         Effect( const Effect& ) = delete;

@@ -17,8 +17,9 @@
 namespace Machpoint
 {
 
-//! Hooks of Module that the time loop calls with the state. One that is not in
-//! this list is never called.
+//! Hooks of Module that the time loop calls with the state, of the modules that
+//! override them. One that is not in this list would never be called, but for
+//! rejectStep, which is called of all.
 #define MACHPOINT_HOOKS( APPLY )                                               \
     APPLY( layOut )                                                            \
     APPLY( initialize )                                                        \
@@ -57,8 +58,9 @@ class Hooks
     unsigned _bits = 0;
 };
 
-//! A pointer to a hook is one to a member of the class that overrides it last.
-//! (What cannot be asked for, as it is private, is taken for one.)
+//! The hooks that a module type overrides. A pointer to a hook is one to a
+//! member of the class that overrides it last. (What cannot be asked for, as it
+//! is private, is taken for one.)
 template <int Dim, class Type>
 constexpr Hooks hooksOf()
 {
@@ -79,20 +81,23 @@ constexpr Hooks hooksOf()
 template <int Dim>
 struct ModuleFactory
 {
-    std::string name;
+    std::string name; //!< "type" of its entries
+    //! Its keys. \param dimension 1 to 3, or 0 for any
     std::function<Parameters( int dimension )> declare;
     //! Equations of state are made before all others, which may need them.
     bool is_equation_of_state;
-    //! Null where the build leaves the dimension out.
+    //! From a resolved entry and the scene's equation of state, which is null
+    //! for that itself. Null where the build leaves the dimension out.
     std::function<std::unique_ptr<Module<Dim>>( const Json& resolved,
                                                 const EquationOfState<Dim>* )>
         make;
-    Hooks hooks{};
-    InputHooks input{};
+    Hooks hooks{};      //!< that it overrides
+    InputHooks input{}; //!< static functions that it has
 };
 
 //! What an input may say of a module type, without what makes one: kernels are
-//! compiled where they are made.
+//! compiled where they are made. The type has `name` and `declare`, and static
+//! functions of InputHooks.
 template <int Dim, template <int> class ModuleType>
 ModuleFactory<Dim> moduleDeclaration()
 {
@@ -132,6 +137,7 @@ ModuleFactory<Dim> moduleFactory()
 template <template <int> class... ModuleTypes>
 struct ModuleList
 {
+    //! Of all, in the order of the list.
     template <int Dim>
     static std::vector<ModuleFactory<Dim>> factories()
     {
@@ -197,7 +203,7 @@ inline const InputHooks& boundaryHooks( const Json& entry, const int dimension )
                             : findFactory( boundaryModules<3>(), entry ).input;
 }
 
-//! The sides that an entry of `boundary` takes.
+//! The sides that an entry of `boundary` takes, all or in part.
 inline std::vector<SideClaim> sidesOf( const Json& entry, const int dimension )
 {
     const auto& hooks = boundaryHooks( entry, dimension );

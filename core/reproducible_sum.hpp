@@ -32,8 +32,12 @@ class ReproducibleSum
 {
   public:
     ReproducibleSum() = default;
+    //! Of one term.
     ReproducibleSum( const double term ) { *this += term; }
 
+    //! \name Exact in any order
+    //! A term that is not finite makes the sum so, too.
+    //! @{
     KOKKOS_INLINE_FUNCTION void operator+=( const double term )
     {
         add( term, 1 );
@@ -59,6 +63,7 @@ class ReproducibleSum
         negative._not_finite = -other._not_finite;
         *this += negative;
     }
+    //! @}
 
     //! Adds a term `times` times.
     KOKKOS_INLINE_FUNCTION void add( const double term,
@@ -93,7 +98,7 @@ class ReproducibleSum
         }
     }
 
-    //! The sum, rounded.
+    //! The sum, rounded; infinite or not a number where a term was.
     double value() const
     {
         if ( _not_finite != 0 ) // or not a number
@@ -165,6 +170,7 @@ class ReproducibleSum
 };
 
 //! The sums of all ranks, element by element. Collective.
+//! \param own as many on all ranks
 inline std::vector<ReproducibleSum>
 sumOfRanks( const Communicator& comm, const std::vector<ReproducibleSum>& own )
 {

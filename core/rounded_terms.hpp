@@ -35,23 +35,30 @@ struct RoundedTerms
     //! log2 of how many terms of a node sum up without rounding.
     static constexpr int log2_terms = 16;
 
-    NodeScatter parts;    //!< [nodes][2 columns]
-    PerColumn hi{}, lo{}; //!< r, which rounds x to (r + x) - r
+    NodeScatter parts; //!< [nodes][2 columns]
+    //! \name r of each column, which rounds x to (r + x) - r
+    //! @{
+    PerColumn hi{}, lo{};
+    //! @}
     //! Magnitude [most_columns], of the first pass; else null.
     Kokkos::View<Real*, MemorySpace> largest{};
 
+    //! As NodeScatter::Access. In the first pass it tells of its largest terms
+    //! when it goes.
     struct Access
     {
         NodeScatter::Access parts;
         PerColumn hi, lo;
-        Real* largest;
-        mutable PerColumn own{};
+        Real* largest;           //!< as above
+        mutable PerColumn own{}; //!< largest of its terms
 
+        //! One number, to be added to.
         struct Place
         {
             const Access& access;
-            int row, column;
+            int row, column; //!< of the sum, not of its parts
 
+            //! Adds both parts of a term, or in the first pass looks at it.
             KOKKOS_FORCEINLINE_FUNCTION void operator+=( const Real term ) const
             {
                 if ( access.largest )
@@ -68,6 +75,7 @@ struct RoundedTerms
                 access.parts( row, 2 * column + 1 ) += lo;
             }
         };
+        //! A column of a row, to be added to.
         KOKKOS_FORCEINLINE_FUNCTION Place operator()( const int row,
                                                       const int column ) const
         {
@@ -83,12 +91,14 @@ struct RoundedTerms
                     Kokkos::atomic_max( largest + c, own[c] );
         }
     };
+    //! As NodeScatter::Thread.
     struct Thread
     {
         NodeScatter::Thread parts;
         PerColumn hi, lo;
-        Real* largest;
+        Real* largest; //!< as above
 
+        //! See NodeScatter::Thread::access.
         template <class Particle, class Base, int Dim>
         KOKKOS_FORCEINLINE_FUNCTION Access
         access( const Particle p, const Base& base,
@@ -97,6 +107,7 @@ struct RoundedTerms
             return { parts.access( p, base, rows ), hi, lo, largest };
         }
     };
+    //! In a kernel: the thread that runs it.
     KOKKOS_FORCEINLINE_FUNCTION Thread thread() const
     {
         return { parts.thread(), hi, lo, largest.data() };
@@ -109,6 +120,8 @@ struct RoundedTerms
       2^(E+n-52), so 2^n terms sum up to at most 2^53 units; |lo| is at most
       half a unit, and its r is 1.5 2^(E+2n-53). What is lost of a term is at
       most 2^(E+2n-106).
+      \param largest magnitude on all ranks; 0 or not finite: terms stay as they
+      are
     */
     void setRounding( const std::size_t column, const Real largest )
     {

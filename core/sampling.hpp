@@ -18,7 +18,10 @@ namespace Machpoint
 //! show an energy drift of 1e-12.
 struct TotalsSum
 {
+    //! \name As in Totals
+    //! @{
     ReproducibleSum mass, momentum[3], internal, kinetic, affine;
+    //! @}
 
     KOKKOS_INLINE_FUNCTION TotalsSum& operator+=( const TotalsSum& other )
     {
@@ -32,7 +35,7 @@ struct TotalsSum
     }
 };
 
-//! Mass, momentum and energies of all particles on all ranks.
+//! Mass, momentum and energies of all particles on all ranks. Collective.
 template <int Dim>
 Totals sumParticles( const State<Dim>& state )
 {
@@ -133,6 +136,7 @@ void sampleParticles( const State<Dim>& state, const Sums& sums )
 /*!
   \brief Fields on this rank's nodes: density (sum m w) / (sum V w), velocity
   and energy weighted by mass, pressure by volume. All 0 where there is no gas.
+  Needs pressures (particleState). Collective.
 */
 template <class Basis, int Dim>
 GridData sampleGrid( const State<Dim>& state )

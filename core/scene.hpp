@@ -14,9 +14,9 @@ namespace Machpoint
 template <int Dim>
 struct ActiveModule
 {
-    std::string name;
+    std::string name; //!< type, and the entry's "side" or "name"
     std::unique_ptr<Module<Dim>> module;
-    Hooks hooks;
+    Hooks hooks;                  //!< that its type overrides
     std::vector<SideClaim> sides; //!< of a boundary; else none
     Json solid;                   //!< shape of a body; else null
 };
@@ -35,7 +35,7 @@ struct NodeNeeds
 template <int Dim>
 struct Scene
 {
-    NodeNeeds needs;
+    NodeNeeds needs; //!< of basis and method
     State<Dim> state;
     std::vector<ActiveModule<Dim>> modules; //!< physics, then boundaries
     EquationOfState<Dim>* gas = nullptr;    //!< one of the modules
@@ -55,10 +55,12 @@ template <int Dim>
 Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs );
 
 //! Does each place of a side belong to one entry of `boundary`, where these
-//! have regions? \param input resolved \throws InputError
+//! have regions, and does a body that reaches through a periodic side go on at
+//! the opposite one? \param input resolved \throws InputError where not
 void checkSides( const Json& input );
 
 //! Lays out this rank's nodes and their halo for the box that it has now.
+//! \throws InputError where a rank's box is thinner than the halo
 template <int Dim>
 void layOut( Scene<Dim>& scene );
 

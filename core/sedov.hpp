@@ -27,19 +27,20 @@ class SedovSolution
   public:
     //! \param dimension j: 1 planar, 2 cylindrical, 3 spherical
     //! \param energy in all space, per area or length for j = 1 or 2
-    //! \param density of the undisturbed gas
-    //! \param gamma > 1, not 2; below 7 if j = 3
-    //! \throws std::invalid_argument for other gamma, or no energy
+    //! \param density of the undisturbed gas, mass/length^Dim
+    //! \param gamma > 1, which is not looked at; not 2; below 7 if j = 3
+    //! \throws std::invalid_argument for a gamma of 2, or of 7 and more if
+    //! j = 3, or no energy
     SedovSolution( int dimension, double energy, double density, double gamma );
 
-    //! Radius of the shock at t >= 0.
+    //! Radius of the shock at t >= 0, length.
     double shockRadius( double t ) const;
 
     //! Radial motion of the gas.
     struct Radial
     {
-        double density;
-        double velocity; //!< away from the centre
+        double density;  //!< mass/length^Dim
+        double velocity; //!< away from the centre, length/time
         double pressure;
     };
 

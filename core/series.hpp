@@ -21,7 +21,7 @@ struct Series
     std::vector<std::string> columns;      //!< first is time
     std::vector<std::vector<double>> rows; //!< [steps][columns]
 
-    //! Writes the rows, or reads them.
+    //! Writes the rows, or reads them. \throws ArchiveError
     void checkpoint( Archive& archive )
     {
         std::vector<double> values;

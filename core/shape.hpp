@@ -65,7 +65,7 @@ class Shape
     //! One solid; which members count depends on its kind.
     struct Solid
     {
-        Kind kind;
+        Kind kind; //!< says which of these count
         //! Centre (sphere; polygon: of the bounding circle), lower corner
         //! (box), or a point of the surface (half space).
         Vector<Dim> a;
@@ -73,7 +73,7 @@ class Shape
         Vector<Dim> b;
         //! Radius (sphere; polygon: of the bounding circle).
         Real radius;
-        //! A polygon's range of arcs.
+        //! A polygon's range of arcs, begin to end - 1.
         int begin, end;
     };
 
@@ -86,9 +86,9 @@ class Shape
     */
     struct Arc
     {
-        Vector<Dim> center;
-        Real radius;
-        int first, last;
+        Vector<Dim> center; //!< of the circle
+        Real radius;        //!< of the circle
+        int first, last;    //!< vertices
     };
 
     //! The empty shape.
@@ -109,7 +109,7 @@ class Shape
         return static_cast<int>( _solids.extent( 0 ) );
     }
 
-    //! Signed distance and normal at x in one search.
+    //! Signed distance and normal at x [Dim] in one search.
     KOKKOS_FUNCTION Nearest<Dim> nearest( const Vector<Dim>& x ) const
     {
         return nearest( x, 0, size() );

@@ -69,9 +69,11 @@ template <class Members>
 class Sidecar : public SidecarBase
 {
   public:
+    //! Its memory.
     using aosoa_type = ParticleArray<Members>;
 
     //! \param label what the memory is called in a profile
+    //! \param n particles, whose entries are zero
     //! \param names of the members in a checkpoint; null: numbers below label
     Sidecar( const std::string& label, const std::size_t n,
              const DuringStep during_step, const char* const* names = nullptr )

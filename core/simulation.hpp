@@ -25,10 +25,12 @@ class NumericalFailure : public std::runtime_error
     using std::runtime_error::runtime_error;
 };
 
-//! Steps during which the time step is shortened, and to which part: a
-//! discontinuous start has no divergence yet for the viscosity to see.
+//! \name Steps during which the time step is shortened, and to which part
+//! A discontinuous start has no divergence yet for the viscosity to see.
+//! @{
 constexpr int start_up_steps = 10;
 constexpr double start_up_factor = 0.2;
+//! @}
 
 //! Steps from one look at the time step that the particles' arrangement allows
 //! to the next: it takes them dozens to be another one.
@@ -43,16 +45,21 @@ struct Totals
     //! @{
     double internal = 0, kinetic = 0, affine = 0;
     //! @}
+    //! Of all three kinds.
     double energy() const { return internal + kinetic + affine; }
 };
 
-//! What crossed the edges of the domain on any rank; see Ledger.
+//! What crossed the edges of the domain on any rank.
 struct LedgerTotals
 {
+    //! \name As in Ledger
+    //! @{
     double mass_in = 0, mass_out = 0, energy_in = 0;
+    //! @}
 };
 
-//! This rank's particles on the host, for output and errors. Row-major.
+//! This rank's particles on the host, for output and errors. Row-major; units
+//! as of Member, density mass/length^Dim. The pressure is without q.
 struct ParticleData
 {
     std::vector<Real> position, velocity; //!< [n][Dim]
@@ -67,7 +74,10 @@ struct GridData
     std::vector<std::size_t> shape;        //!< [nz][ny][nx]
     std::vector<std::size_t> global_shape; //!< the same of the whole domain
     std::vector<std::size_t> start;        //!< of the block in the whole
-    std::vector<double> lower, spacing;    //!< of the whole, [Dim], x first
+    //! Position of the whole's first node, and distance of neighbours, length.
+    //! [Dim], x first
+    std::vector<double> lower, spacing;
+    //! [nz][ny][nx]
     std::vector<Real> density, pressure, specific_internal_energy;
     std::vector<Real> velocity; //!< [nz][ny][nx][Dim]
 };
@@ -84,15 +94,21 @@ class Simulation
     virtual void step( double until ) = 0;
 
     virtual int dimension() const = 0;
+    //! Of the state as it is; that of the input, not of the clock.
     virtual double time() const = 0;
+    //! Length of the last step, time; 0 before the first.
     virtual double timeStep() const = 0;
+    //! Steps done since the run's true start.
     virtual std::int64_t steps() const = 0;
     virtual std::int64_t particles() const = 0;
-    //! What limited the last time step.
+    //! What limited the last time step: "wave speed", the name of a module,
+    //! "stability", "a repeated step" or "output time".
     virtual const std::string& limiter() const = 0;
-    //! Memory of all ranks' particles over their number. Collective.
+    //! Memory of all ranks' particles over their number, bytes; 0 without any.
+    //! Collective.
     virtual double bytesPerParticle() const = 0;
 
+    //! Of the state as it is.
     virtual Totals totals() const = 0;
     //! Of the states at the start of every step, and of those surveyed.
     virtual const Extrema& extrema() const = 0;
@@ -101,9 +117,11 @@ class Simulation
     virtual void surveyExtrema() = 0;
     //! Steps that were rejected and repeated with half the time step.
     virtual std::int64_t retries() const = 0;
+    //! What entered, left and was done since the run's true start.
     virtual LedgerTotals ledger() const = 0;
     //! How evenly the ranks share the work. Collective.
     virtual Imbalance imbalance() = 0;
+    //! Does gas enter or leave, so that energy cannot balance?
     virtual bool isOpen() const = 0;
     //! Is momentum along this axis free of walls, obstacles and forces?
     virtual bool conservesMomentum( int axis ) const = 0;

@@ -14,7 +14,8 @@ namespace Machpoint
 {
 
 //! What of the specific internal energy makes pressure and sound: e of an ideal
-//! gas, and less the cohesion p_inf V / m of a stiffened one.
+//! gas, and less the cohesion p_inf V / m of a stiffened one. energy/mass
+//! \param reference p_inf, 0 of an ideal gas
 template <class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number heatOf( const Number& energy,
                                            const Number& volume,
@@ -57,14 +58,15 @@ isSound( const VectorOf<Dim, Number>& moved, const VectorOf<Dim, Number>& v,
 template <int Dim>
 struct Watch
 {
-    Bounds<Dim> bounds;
+    Bounds<Dim> bounds;   //!< of what surely stays on this rank
     Vector<Dim> farthest; //!< that a particle may move in this kernel
-    RowList noted;
+    RowList noted;        //!< State::noted
+    //! State::suspicions
     Kokkos::View<int[suspicion_count], MemorySpace> suspicions;
-    Real least_heat;
-    Real reference; //!< p_inf of a stiffened gas
-    Real large_volume;
-    bool returns; //!< is there a state to return to?
+    Real least_heat;   //!< energy/mass
+    Real reference;    //!< p_inf of a stiffened gas
+    Real large_volume; //!< length^Dim; see Large
+    bool returns;      //!< is there a state to return to?
 
     //! The pack's new state. \param old_x where the kernel found it
     KOKKOS_FORCEINLINE_FUNCTION void
@@ -86,7 +88,7 @@ struct Watch
             tell( Unsound );
     }
 
-    //! Of a kernel that moves particles ahead of it.
+    //! Of a kernel that moves particles ahead of it. \param way [Dim], length
     KOKKOS_FORCEINLINE_FUNCTION void
     lookAtMove( const Pack p, const VectorOf<Dim, Lanes>& way ) const
     {
@@ -107,6 +109,7 @@ struct Watch
             tell( Large );
     }
 
+    //! Of any thread; isSuspected asks.
     KOKKOS_FORCEINLINE_FUNCTION void tell( const Suspicion suspicion ) const
     {
         Kokkos::atomic_store( &suspicions( suspicion ), 1 );

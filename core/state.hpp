@@ -27,18 +27,19 @@ namespace Machpoint
 //! many ranks, what this rank saw of it.
 struct Ledger
 {
-    ReproducibleSum mass_in;   //!< mass that entered
-    ReproducibleSum mass_out;  //!< mass that left
-    ReproducibleSum energy_in; //!< work done by body forces and boundaries
+    ReproducibleSum mass_in;  //!< mass that entered
+    ReproducibleSum mass_out; //!< mass that left
+    //! Work done on the gas by body forces and boundaries, energy.
+    ReproducibleSum energy_in;
 };
 
 //! Node data of a step.
 template <int Dim>
 struct Nodes
 {
-    NodeView moments;    //!< mass, momentum [Dim], and more
+    NodeView moments;    //!< [nodes]: mass, momentum [Dim], and more
     NodeSum moment_sum;  //!< the sum that they are
-    NodeView velocities; //!< v_i [Dim], v'_i [Dim], and more
+    NodeView velocities; //!< [nodes]: v_i [Dim], v'_i [Dim], and more
 };
 
 //! What a step of a method with viscosity of its own tells the effects, one
@@ -81,7 +82,7 @@ enum DriftMember : std::size_t
 //! compressed (docs/conservative.md, section 4).
 struct Viscosity
 {
-    bool acts = false;
+    bool acts = false;  //!< is there any?
     Real linear = 0;    //!< c1
     Real quadratic = 0; //!< c2
 
@@ -124,7 +125,7 @@ inline constexpr int suspicion_count = 2;
 template <int Dim>
 struct ImageWeight
 {
-    Vector<Dim> acceleration{}; //!< g of all gas
+    Vector<Dim> acceleration{}; //!< g of all gas, length/time^2
     bool acts = false;          //!< have bodies images, and has gas weight?
     NodeSum excess;             //!< force beyond m_i g, [nodes][Dim]
 };
@@ -144,8 +145,8 @@ struct State
     NodeLayout<Dim> layout; //!< this rank's nodes
     //! Which of them are a thread's own.
     NodeSeams seams = NodeSeams::make();
-    Halo<Dim> halo;
-    Particles<Dim> particles;
+    Halo<Dim> halo;           //!< of fields on them
+    Particles<Dim> particles; //!< this rank's
     Nodes<Dim> nodes;
     Images<Dim> images;   //!< of the particles near curved walls, this step
     Bodies<Dim> bodies;   //!< that are solid
@@ -167,20 +168,20 @@ struct State
     //! those that a module moves or marks besides. Before the step: scratch.
     RowList noted;
     IndexList leavers; //!< those of them that are beyond the domain
-    Ledger ledger;
-    Placement placement = Placement::lattice;
-    int per_cell = 1;           //!< particles per cell
-    std::uint64_t seed = 1;     //!< of all random draws
-    double time = 0;            //!< at the start of the step
+    Ledger ledger;     //!< this rank's part
+    Placement placement = Placement::lattice; //!< of new particles
+    int per_cell = 1;                         //!< particles per cell
+    std::uint64_t seed = 1;                   //!< of all random draws
+    double time = 0;                          //!< at the start of the step
     double dt = 0;              //!< of the step, before it of the last one
     double cfl = 0;             //!< Courant number
     AffineMoment affine_moment; //!< of the basis; 0 without affine energy
     int stencil_nodes = 0;      //!< that a particle sees along an axis
     bool reproducible = false;  //!< sums have the same bits on any ranks
-    Real least_heat = 0;        //!< per mass, that a step may leave
-    //! p_inf of a stiffened gas, whose heat is e - p_inf / rho.
+    Real least_heat = 0;        //!< energy/mass, that a step may leave
+    //! p_inf of a stiffened gas, whose heat is e - p_inf / rho; else 0.
     Real reference_pressure = 0;
-    //! Kernels tell of particles above it (Large).
+    //! Kernels tell of particles above it (Large), length^Dim.
     Real large_volume = Kokkos::Experimental::infinity_v<Real>;
     //! For each Suspicion: not 0 once a kernel has told of it; see Watch.
     Kokkos::View<int[suspicion_count], MemorySpace> suspicions{

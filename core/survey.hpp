@@ -13,10 +13,13 @@ namespace Machpoint
 //! Extremes over particles, and over steps.
 struct Extrema
 {
+    //! mass/length^Dim
     Real min_density = Kokkos::Experimental::infinity_v<Real>;
+    //! energy/mass
     Real min_specific_internal_energy = Kokkos::Experimental::infinity_v<Real>;
-    Real max_mach = 0;
+    Real max_mach = 0; //!< |v| / c
 
+    //! Takes in the extremes of others.
     KOKKOS_INLINE_FUNCTION Extrema& operator+=( const Extrema& other )
     {
         min_density = Kokkos::min( min_density, other.min_density );
@@ -30,12 +33,14 @@ struct Extrema
 //! How fast the gas of a rank is, what its extremes are, and is it sound?
 struct GasSurvey
 {
-    Real fastest = 0; //!< max of c + |v|
-    //! max of c + 2 Viscosity::speed, where that acts.
+    Real fastest = 0; //!< max of c + |v|, length/time
+    //! max of c + 2 Viscosity::speed, length/time; 0 where that does not act.
     Real fastest_viscous = 0;
-    Extrema extrema;
-    int broken = -1; //!< a particle with a non-finite value or no volume
+    Extrema extrema; //!< of this pass
+    //! Row of a particle with a non-finite value or no volume; -1: none.
+    int broken = -1;
 
+    //! Takes in what another part of the pass has seen.
     KOKKOS_INLINE_FUNCTION GasSurvey& operator+=( const GasSurvey& other )
     {
         fastest = Kokkos::max( fastest, other.fastest );

@@ -28,9 +28,12 @@ namespace Machpoint
 //! What the time loop must know of a method on a basis.
 struct Scheme
 {
-    NodeNeeds nodes;
+    NodeNeeds nodes;   //!< for their layout
     int stencil_nodes; //!< that a particle sees along an axis
-    int moment_columns, velocity_columns; //!< of Nodes
+    //! \name Of Nodes
+    //! @{
+    int moment_columns, velocity_columns;
+    //! @}
     bool affine; //!< do particles carry an affine velocity field?
     AffineMoment affine_moment; //!< of their kinetic energy; 0 if not
     bool positive_energy;       //!< is a step repeated that makes it negative?
@@ -690,6 +693,9 @@ class TimeLoop : public Simulation
     }
 
   public:
+    //! Makes state.leavers, of what was noted. Public, as the next one, only
+    //! because nvcc wants the parent function of a device lambda to be
+    //! accessible.
     void findLeavers()
     {
         auto& state = _scene.state;
@@ -705,7 +711,7 @@ class TimeLoop : public Simulation
         state.particles.keepIdentities( state.leavers );
     }
 
-    //! Notes the particles from a row on.
+    //! Notes the particles from a row on, which have just entered.
     void noteFrom( const int first )
     {
         const auto noted = _scene.state.noted;

@@ -17,12 +17,12 @@ namespace Machpoint
 //! What a rank does; every moment counts for one of them.
 enum class Activity : std::size_t
 {
-    compute,
+    compute,     //!< all else
     halo,        //!< layers of nodes packed, sent and taken up
     halo_wait,   //!< until a neighbour's layers are here
     migration,   //!< particles that change ranks
     collectives, //!< sums over ranks, and the wait for the last of them
-    output
+    output       //!< files, checkpoints included
 };
 
 //! Names of the activities, as in summary.json.
@@ -38,11 +38,15 @@ inline constexpr std::array activity_names = {
 */
 struct Traffic
 {
+    //! \name What was sent
+    //! @{
     std::int64_t halo_bytes = 0;
     std::int64_t halo_messages = 0;
     std::int64_t migrated_particles = 0;
     std::int64_t migrated_bytes = 0;
-    std::int64_t collectives = 0;
+    //! @}
+    std::int64_t collectives = 0; //!< calls of all ranks, of whatever size
+    //! Wall time of each Activity.
     std::array<double, activity_names.size()> seconds{};
 
     //! What of this came after `before`.

@@ -319,6 +319,8 @@ void forEachDeposit( const char* label, const State<Dim>& state,
 template <int Dim, bool Affine>
 struct MomentTerms
 {
+    //! \name As core/products.hpp asks
+    //! @{
     static constexpr int count = 1 + 2 * Dim;
     KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
     {
@@ -332,9 +334,11 @@ struct MomentTerms
     {
         return t <= Dim ? -1 : t - 1 - Dim;
     }
+    //! @}
 };
 
-//! The terms of mass and of affine momentum.
+//! The terms of mass and of affine momentum. \param[in,out] terms MomentTerms,
+//! or others that begin with them \param C affine matrix, 1/time
 template <int Dim, class Terms, class Number>
 KOKKOS_FORCEINLINE_FUNCTION void
 setMoments( Products<Terms, Dim, Number>& terms, const Number& mass,
@@ -397,8 +401,8 @@ void divideByFirst( const char* label, const NodeView& sums )
         } );
 }
 
-//! v_i = (mv)_i / m_i on nodes; 0 where there is no gas.
-//! \param[out] velocities columns 0 to Dim - 1
+//! v_i = (mv)_i / m_i on nodes; 0 where there is no gas. Sets columns 0 to
+//! Dim - 1 of state.nodes.velocities. \param rows that are served
 template <int Dim>
 void gridVelocity( const State<Dim>& state, const NodeRows& rows )
 {
@@ -413,8 +417,8 @@ void gridVelocity( const State<Dim>& state, const NodeRows& rows )
         } );
 }
 
-//! v'_i = v_i + dt f_i / m_i (Algorithm 1, line 5).
-//! \param[out] velocities columns Dim to 2 Dim - 1
+//! v'_i = v_i + dt f_i / m_i (Algorithm 1, line 5) on all stored nodes. Sets
+//! columns Dim to 2 Dim - 1 of state.nodes.velocities.
 template <int Dim>
 void advanceGridVelocity( const State<Dim>& state )
 {

@@ -48,8 +48,9 @@ inline constexpr const char* precision_name = is_single  ? "single"
 
 //! \name What a Real can tell
 //! @{
-//! No quantity of a gas is as large, nor any speed, so that its square is one.
+//! No quantity of a gas is as large.
 inline constexpr Real largest_quantity = is_single ? 1e37 : 1e300;
+//! Nor any speed, so that its square is a Real.
 inline constexpr Real largest_speed = is_single ? 1e18 : 1e150;
 //! Values that differ by less than this part of them may be the same.
 inline constexpr Real round_off = is_single ? 1e-5 : 1e-9;
@@ -65,7 +66,8 @@ consteval Real operator""_rt( const long double value )
     return static_cast<Real>( value );
 }
 
-// One backend per build (Machpoint_BACKEND); without a choice, Kokkos' own.
+//! Where kernels run. One backend per build (Machpoint_BACKEND); without a
+//! choice, Kokkos' own.
 #if defined( MACHPOINT_BACKEND_CUDA )
 using ExecutionSpace = Kokkos::Cuda;
 #elif defined( MACHPOINT_BACKEND_OPENMP )
@@ -75,6 +77,7 @@ using ExecutionSpace = Kokkos::Serial;
 #else
 using ExecutionSpace = Kokkos::DefaultExecutionSpace;
 #endif
+//! What kernels read and write.
 using MemorySpace = typename ExecutionSpace::memory_space;
 //! Do kernels run on the host's processor? (It may reach a GPU's memory, too.)
 inline constexpr bool runs_on_host =
@@ -124,6 +127,7 @@ template <int Blocks>
 using RangeOf = Kokkos::RangePolicy<
     ExecutionSpace, Kokkos::LaunchBounds<most_threads, Blocks>,
     Kokkos::Experimental::WorkItemProperty::HintLightWeight_t>;
+//! That of kernels that may take all registers.
 using Range = RangeOf<1>;
 
 //! Position, velocity or other vector. Shape [Dim].
@@ -155,12 +159,16 @@ using IndexList = Kokkos::View<int*, MemorySpace>;
 #define MACHPOINT_INLINE __attribute__( ( always_inline ) )
 #endif
 
-//! Ahead of loops with few, constant turns. On a GPU arrays that a loop indexes
+//! \name Ahead of loops with few, constant turns
+//! UNROLL writes a loop out on a GPU and KEEP_LOOP does not; on a CPU
+//! UNROLL_LINES writes out the lines of a stencil and KEEP_LINES does not. The
+//! others leave it to the compiler there. On a GPU arrays that a loop indexes
 //! stay in registers only where it is written out, and what is written out
 //! three times over (the nodes of a 3D stencil) takes more registers than there
 //! are. On a CPU it is the lines of a stencil that are worth writing out where
 //! little is done on each, as a loop over them has its weights in memory; a
 //! long kernel is faster the less code it has (docs/performance_tried.md).
+//! @{
 #if defined( KOKKOS_ENABLE_CUDA ) || defined( KOKKOS_ENABLE_HIP )
 #define MACHPOINT_UNROLL _Pragma( "unroll" )
 #define MACHPOINT_UNROLL_LINES MACHPOINT_UNROLL
@@ -172,6 +180,7 @@ using IndexList = Kokkos::View<int*, MemorySpace>;
 #define MACHPOINT_KEEP_LINES _Pragma( "GCC unroll 1" )
 #define MACHPOINT_KEEP_LOOP
 #endif
+//! @}
 
 /*!
   \brief Begins a kernel, as KOKKOS_LAMBDA does; on CUDA of the device alone,

@@ -36,6 +36,7 @@ class ViscousShock
                   double position, double mach, double viscosity, double gamma,
                   double pressure_offset = 0 );
 
+    //! \param x position [3], length \param t time, of either sign
     GasState state( const Vector3& x, double t ) const;
 
     //! Slope of the velocity along the direction at t = 0, 1/time.
