@@ -27,6 +27,8 @@ template <int Dim>
 class Inflow : public SideBoundary<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "inflow";
 
     static Parameters declare( const int dimension )
@@ -42,6 +44,7 @@ class Inflow : public SideBoundary<Dim>
         return p;
     }
 
+    //! \param gas gives the stream its energy and speed of sound
     Inflow( const Json& json, const EquationOfState<Dim>& gas )
         : SideBoundary<Dim>( json ), _stream( json, gas ),
           _buffer( json.at( "buffer" ) )
@@ -52,10 +55,12 @@ class Inflow : public SideBoundary<Dim>
     {
         return { { sideNumber( entry.at( "side" ) ), SideKind::open } };
     }
+    //! The stream, whatever gas is before the side.
     static GasState beyond( const Json& entry, int, const GasState& )
     {
         return toGasState( entry );
     }
+    //! A stream that does not point into the domain.
     static std::string fault( const Json& entry, const MethodFacts& )
     {
         return Stream<Dim>::velocityInto( entry ) > 0
@@ -63,6 +68,7 @@ class Inflow : public SideBoundary<Dim>
                    : "/velocity: must point into the domain at " +
                          entry.at( "side" ).get<std::string>();
     }
+    //! @}
     bool isOpen() const override { return true; }
     void checkpoint( Archive& archive ) override
     {
@@ -197,36 +203,39 @@ class Inflow : public SideBoundary<Dim>
     //! k % per_cell of cell k / per_cell, slab after slab.
     struct Pattern
     {
-        Grid<Dim> grid;
+        Grid<Dim> grid; //!< the whole domain
         Placement placement;
-        int q;
-        int per_cell;
-        int side_cells;
-        std::uint64_t seed;
-        SidePart<Dim> part;
-        std::int64_t first_slab;
+        int q;          //!< particles along an axis of a cell; see placeInCell
+        int per_cell;   //!< particles of a cell
+        int side_cells; //!< cells of the whole side
+        std::uint64_t seed;      //!< of the random places
+        SidePart<Dim> part;      //!< where they enter
+        std::int64_t first_slab; //!< that of candidate 0
 
+        //! Layer of cells, counted upstream from the side as the run starts.
         KOKKOS_INLINE_FUNCTION std::int64_t slab( const int k ) const
         {
             return first_slab + k / ( per_cell * side_cells );
         }
-        // Slabs are numbered away from the side, sides apart from each other
-        // and from the domain's own cells.
+        //! What ids and random places count: slabs are numbered away from the
+        //! side, sides apart from each other and from the domain's own cells.
         KOKKOS_INLINE_FUNCTION std::int64_t cellNumber( const int k ) const
         {
             return ( ( part.side + 1ll ) << 44 ) + slab( k ) * side_cells +
                    ( k / per_cell ) % side_cells;
         }
+        //! The same whenever, and on whatever rank, the particle enters.
         KOKKOS_INLINE_FUNCTION std::int64_t id( const int k ) const
         {
             return cellNumber( k ) * per_cell + k % per_cell;
         }
+        //! Place in its cell [Dim], 0 to 1.
         KOKKOS_INLINE_FUNCTION Vector<Dim> fraction( const int k ) const
         {
             return placeInCell<Dim>( placement, q, seed, cellNumber( k ),
                                      k % per_cell );
         }
-        //! How far upstream of the side it began: soon farther than the
+        //! How far upstream of the side it began, length: soon farther than the
         //! domain is long.
         KOKKOS_INLINE_FUNCTION double depth( const int k ) const
         {
@@ -234,7 +243,7 @@ class Inflow : public SideBoundary<Dim>
             return ( static_cast<double>( slab( k ) ) + fraction( k )[axis] ) *
                    grid.spacing[axis];
         }
-        //! Where it is when the pattern has moved by `advanced`.
+        //! Where it is when the pattern has moved by `advanced`. [Dim], length
         KOKKOS_INLINE_FUNCTION Vector<Dim> place( const int k,
                                                   const double advanced ) const
         {

@@ -18,6 +18,7 @@ namespace Machpoint
 {
 
 // clang-format off
+//! All boundaries of this repository, in the order of `machpoint list`.
 using BoundaryModules = ModuleList<
     SlipWall,
     NoSlipWall,

@@ -35,6 +35,8 @@ template <int Dim>
 class Obstacle : public Module<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "obstacle";
 
     static Parameters declare( const int dimension )
@@ -67,11 +69,13 @@ class Obstacle : public Module<Dim>
         return p;
     }
 
+    //! `treatment`, where it is left out: images if the method has them.
     static void complete( Json& entry, const MethodFacts& method )
     {
         if ( !entry.contains( "treatment" ) )
             entry["treatment"] = method.has_images ? "images" : "projection";
     }
+    //! Images in a method that has none.
     static std::string fault( const Json& entry, const MethodFacts& method )
     {
         return entry.at( "treatment" ) != "images" || method.has_images
@@ -80,6 +84,8 @@ class Obstacle : public Module<Dim>
                          " has no mirror images; leave it out";
     }
     static Json solid( const Json& entry ) { return entry.at( "shape" ); }
+    //! The force on the solid, along each axis [Dim], and the mean pressure at
+    //! its surface.
     static std::vector<std::string> columns()
     {
         std::vector<std::string> names;
@@ -102,6 +108,7 @@ class Obstacle : public Module<Dim>
         _series.columns = columns();
         _series.columns.insert( _series.columns.begin(), "time" );
     }
+    //! @}
 
     bool isSolid( const Vector<Dim>& x ) const override
     {
@@ -362,6 +369,7 @@ class Obstacle : public Module<Dim>
     }
 
     //! Lists the particles within a distance of the surface, and those inside.
+    //! \param reach length
     void findNear( const State<Dim>& state, const Real reach )
     {
         const auto x = state.particles.template slice<Position>();
@@ -412,7 +420,7 @@ class Obstacle : public Module<Dim>
     //! A vector that can be summed over nodes.
     struct Impulse
     {
-        ReproducibleSum value[Dim];
+        ReproducibleSum value[Dim]; //!< mass length/time
         KOKKOS_INLINE_FUNCTION Impulse& operator+=( const Impulse& other )
         {
             for ( int d = 0; d < Dim; ++d )

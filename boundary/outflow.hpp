@@ -64,6 +64,8 @@ template <int Dim>
 class Outflow : public SideBoundary<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "outflow";
 
     static Parameters declare( const int dimension )
@@ -99,6 +101,8 @@ class Outflow : public SideBoundary<Dim>
     {
         return { { sideNumber( entry.at( "side" ) ), SideKind::open } };
     }
+    //! The same gas, but with what is known of a far one, and behind a valve
+    //! without a velocity into the domain.
     static GasState beyond( const Json& entry, int side, GasState gas )
     {
         auto& v = gas.velocity[side / 2];
@@ -111,6 +115,7 @@ class Outflow : public SideBoundary<Dim>
             v = side % 2 ? std::max( v, 0.0 ) : std::min( v, 0.0 );
         return gas;
     }
+    //! The velocity of a far gas without its pressure.
     static std::string fault( const Json& entry, const MethodFacts& )
     {
         return entry.at( "velocity" ) == 0 || entry.contains( "pressure" )
@@ -118,6 +123,7 @@ class Outflow : public SideBoundary<Dim>
                    : "/velocity: is that of gas far beyond, so it needs a "
                      "pressure, too";
     }
+    //! @}
     bool isOpen() const override { return true; }
 
     //! Of the cells next to the side.

@@ -15,6 +15,8 @@ template <int Dim>
 class Periodic : public Module<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "periodic";
 
     static Parameters declare( const int dimension )
@@ -39,6 +41,7 @@ class Periodic : public Module<Dim>
     {
         return gas;
     }
+    //! @}
 
     //! The upper side acts for both.
     void applyToParticles( State<Dim>& state ) override

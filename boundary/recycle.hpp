@@ -23,6 +23,8 @@ template <int Dim>
 class Recycle : public Module<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "recycle";
 
     static Parameters declare( const int dimension )
@@ -36,22 +38,26 @@ class Recycle : public Module<Dim>
         return p;
     }
 
+    //! \param gas gives the stream its energy and speed of sound
     Recycle( const Json& json, const EquationOfState<Dim>& gas )
         : _side( sideNumber( json.at( "side" ) ) ), _stream( json, gas )
     {
     }
 
+    //! Its `side` and the opposite one.
     static std::vector<SideClaim> sides( const Json& entry )
     {
         const int side = sideNumber( entry.at( "side" ) );
         return { { side, SideKind::open }, { side ^ 1, SideKind::open } };
     }
+    //! The same gas at `side`, the stream at the opposite one.
     static GasState beyond( const Json& entry, const int side,
                             const GasState& gas )
     {
         return side == sideNumber( entry.at( "side" ) ) ? gas
                                                         : toGasState( entry );
     }
+    //! A stream that does not point out of the domain at `side`.
     static std::string fault( const Json& entry, const MethodFacts& )
     {
         return Stream<Dim>::velocityInto( entry ) < 0
@@ -60,6 +66,7 @@ class Recycle : public Module<Dim>
                          entry.at( "side" ).get<std::string>() +
                          ", where the gas leaves";
     }
+    //! @}
     bool isOpen() const override { return true; }
 
     void applyToParticles( State<Dim>& state ) override

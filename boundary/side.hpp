@@ -20,16 +20,19 @@ struct SidePart
     bool everywhere = true; //!< no region: the whole side
     Shape<Dim> region;      //!< otherwise, the part inside this shape
 
+    //! Of its normal, 0 to Dim - 1.
     KOKKOS_INLINE_FUNCTION int axis() const { return side / 2; }
+    //! At the upper end of that axis?
     KOKKOS_INLINE_FUNCTION bool upper() const { return side % 2 == 1; }
 
-    //! Position of the side along its normal.
+    //! Position of the side along its normal, length.
     KOKKOS_INLINE_FUNCTION Real place( const Grid<Dim>& grid ) const
     {
         return upper() ? grid.upper[axis()] : grid.lower[axis()];
     }
 
-    //! Distance of x from the side, positive inside the domain.
+    //! Distance of x from the side, length, positive inside the domain.
+    //! \param x [Dim]
     KOKKOS_INLINE_FUNCTION Real depth( const Grid<Dim>& grid,
                                        const Vector<Dim>& x ) const
     {
@@ -37,7 +40,7 @@ struct SidePart
         return upper() ? -d : d;
     }
 
-    //! Distance of particles from the side: their coordinate along its axis.
+    //! The same of particles, or packs. \param x coordinate along its axis
     template <class Number>
     KOKKOS_FORCEINLINE_FUNCTION Number depthOf( const Grid<Dim>& grid,
                                                 const Number& x ) const
@@ -78,6 +81,7 @@ class SideBoundary : public Module<Dim>
             .optional();
     }
 
+    //! \param json resolved, with the keys of declareSide
     explicit SideBoundary( const Json& json )
     {
         _part.side = sideNumber( json.at( "side" ) );
@@ -96,6 +100,7 @@ class SideBoundary : public Module<Dim>
     }
 
   protected:
+    //! For kernels.
     SidePart<Dim> _part;
 
   private:

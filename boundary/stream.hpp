@@ -14,11 +14,11 @@ namespace Machpoint
 template <int Dim>
 struct Stream
 {
-    Real density = 0;
-    Vector<Dim> velocity{};
+    Real density = 0;       //!< mass/length^Dim
+    Vector<Dim> velocity{}; //!< [Dim], length/time
     Real pressure = 0;
-    Real specific_internal_energy = 0;
-    Real fastest = 0; //!< |v| + c, length/time
+    Real specific_internal_energy = 0; //!< energy/mass
+    Real fastest = 0;                  //!< |v| + c, length/time
 
     //! Declares `density`, `velocity`, `pressure`.
     static void declareState( Parameters& p )
@@ -41,6 +41,9 @@ struct Stream
     }
 
     Stream() = default;
+    //! \param json resolved, with the keys of declareState
+    //! \param gas gives the energy, and c^2 = g (p + p_inf) / rho
+    //! (PressureResponse)
     Stream( const Json& json, const EquationOfState<Dim>& gas )
         : density( json.at( "density" ) ),
           velocity( toVector<Dim>( json.at( "velocity" ) ) ),
@@ -54,7 +57,8 @@ struct Stream
                                 ( pressure + response.reference ) / density );
     }
 
-    //! Gives particle p this state; its mass stays.
+    //! Gives particle p this state, without a gradient; its mass stays, so its
+    //! volume is m / rho. \param v, L, m, volume, e slices
     template <class V, class C, class M, class Vol, class E>
     KOKKOS_INLINE_FUNCTION void impose( const int p, const V& v, const C& L,
                                         const M& m, const Vol& volume,

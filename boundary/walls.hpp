@@ -16,6 +16,8 @@ template <int Dim, SideKind Kind>
 class Wall : public SideBoundary<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name =
         Kind == SideKind::slip ? "slip_wall" : "no_slip_wall";
 
@@ -36,6 +38,7 @@ class Wall : public SideBoundary<Dim>
     {
         return { { sideNumber( entry.at( "side" ) ), Kind } };
     }
+    //! The mirrored gas: what meets a wall meets itself.
     static GasState beyond( const Json&, const int side, GasState gas )
     {
         for ( int d = 0; d < Dim; ++d )
@@ -43,6 +46,7 @@ class Wall : public SideBoundary<Dim>
                 gas.velocity[d] = -gas.velocity[d];
         return gas;
     }
+    //! @}
 
     void applyToParticles( State<Dim>& state ) override
     {
