@@ -26,6 +26,8 @@ template <int Dim>
 class ArtificialViscosity : public Module<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "artificial_viscosity";
 
     static Parameters declare( const int dimension )
@@ -70,6 +72,7 @@ class ArtificialViscosity : public Module<Dim>
         : _linear( json.at( "linear" ) ), _quadratic( json.at( "quadratic" ) )
     {
     }
+    //! @}
 
     void initialize( State<Dim>& state ) override
     {
@@ -113,8 +116,9 @@ class ArtificialViscosity : public Module<Dim>
                            : Kokkos::Experimental::infinity_v<Real>;
     }
 
-    // Public only because nvcc wants the parent function of a device lambda to
-    // be accessible.
+    //! max of c + 2 (c1 c + c2 h |D|) where D < 0, length/time; 0 without any
+    //! such gas. Public only because nvcc wants the parent function of a device
+    //! lambda to be accessible.
     Real fastestCarried( const State<Dim>& state ) const
     {
         const auto L = state.particles.template slice<VelocityGradient>();

@@ -29,9 +29,10 @@ class HeatOfStep
         _heat = &state.particles.template addSidecar<Members>(
             "Machpoint::heatOfStep", DuringStep::renews );
     }
-    //! [particles]
+    //! [particles], energy/mass
     auto slice() const { return Cabana::slice<0>( _heat->data() ); }
 
+    //! Adds it to the particles' energy, in particleSource.
     template <int Dim>
     void give( const State<Dim>& state ) const
     {
@@ -65,7 +66,8 @@ Real diffusiveTimeStep( const State<Dim>& state, const Real coefficient )
                     : Kokkos::Experimental::infinity_v<Real>;
 }
 
-//! Gas in one state everywhere has nothing to diffuse.
+//! Gas in one state everywhere has nothing to diffuse: InputHooks::remark.
+//! \param name of the effect
 inline std::string diffusionRemark( const char* name, const Json* entry,
                                     const FlowFacts& flow )
 {

@@ -14,7 +14,7 @@ namespace Machpoint
 struct ThermodynamicState
 {
     Lanes pressure;
-    Lanes sound_squared; //!< c^2; below 0 it counts as 0
+    Lanes sound_squared; //!< c^2, (length/time)^2; below 0 it counts as 0
 };
 
 /*!

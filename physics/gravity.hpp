@@ -26,6 +26,8 @@ template <int Dim>
 class Gravity : public Module<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "gravity";
 
     static Parameters declare( const int dimension )
@@ -81,6 +83,7 @@ class Gravity : public Module<Dim>
         : _g( toVector<Dim>( json.at( "acceleration" ) ) )
     {
     }
+    //! @}
 
     bool exertsForce( const int axis ) const override { return _g[axis] != 0; }
     Vector<Dim> acceleration() const override { return _g; }

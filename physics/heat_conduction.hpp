@@ -127,6 +127,8 @@ template <int Dim>
 class HeatConduction : public Module<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "heat_conduction";
 
     static Parameters declare( const int dimension )
@@ -151,6 +153,7 @@ class HeatConduction : public Module<Dim>
         : _conductivity( json.at( "conductivity" ) )
     {
     }
+    //! @}
 
     void layOut( State<Dim>& state ) override
     {

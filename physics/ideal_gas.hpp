@@ -15,6 +15,8 @@ template <int Dim>
 class IdealGas : public EquationOfState<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "ideal_gas";
 
     static Parameters declare( const int dimension )
@@ -29,6 +31,7 @@ class IdealGas : public EquationOfState<Dim>
     }
 
     explicit IdealGas( const Json& json ) : _gamma( json.at( "gamma" ) ) {}
+    //! @}
 
     Real specificInternalEnergy( const Real density,
                                  const Real pressure ) const override
@@ -46,7 +49,8 @@ class IdealGas : public EquationOfState<Dim>
         return { _gamma, _gamma - 1 };
     }
 
-    // Public only because nvcc wants the types of a kernel to be accessible.
+    //! For evaluateGas: p = (gamma - 1) rho e, c^2 = gamma (gamma - 1) e.
+    //! Public only because nvcc wants the types of a kernel to be accessible.
     struct Formula
     {
         Real gamma;

@@ -33,6 +33,7 @@ namespace Machpoint
 {
 
 // clang-format off
+//! All effects of this repository, in the order of `machpoint list`.
 using PhysicsModules = ModuleList<
     IdealGas,
     StiffenedGas,
@@ -42,6 +43,7 @@ using PhysicsModules = ModuleList<
     HeatConduction
 >;
 
+//! All initial states, likewise.
 using InitialStates = std::tuple<
     Uniform,
     Riemann,

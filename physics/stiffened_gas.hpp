@@ -15,6 +15,8 @@ template <int Dim>
 class StiffenedGas : public EquationOfState<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "stiffened_gas";
 
     static Parameters declare( const int dimension )
@@ -39,6 +41,7 @@ class StiffenedGas : public EquationOfState<Dim>
           _reference( json.at( "reference_pressure" ) )
     {
     }
+    //! @}
 
     Real specificInternalEnergy( const Real density,
                                  const Real pressure ) const override
@@ -57,12 +60,14 @@ class StiffenedGas : public EquationOfState<Dim>
         return { _gamma, _gamma - 1, _reference };
     }
 
-    // Public only because nvcc wants the types of a kernel to be accessible.
+    //! For evaluateGas. Public only because nvcc wants the types of a kernel to
+    //! be accessible.
     struct Formula
     {
-        Real gamma, reference;
+        Real gamma, reference; //!< the latter is p_inf
 
-        //! c^2 = gamma (p + p_inf) / rho, below 0 where torn apart.
+        //! p = (gamma - 1) rho e - gamma p_inf and c^2 = gamma (p + p_inf) /
+        //! rho, below 0 where torn apart.
         KOKKOS_FORCEINLINE_FUNCTION ThermodynamicState
         operator()( const Lanes& density, const Lanes& energy ) const
         {

@@ -199,7 +199,7 @@ void findFrictionHeat( const State<Dim>& state, const NewtonianStress& law,
         velocities );
 }
 
-//! What the images' stress gives to the nodes.
+//! What the images' stress gives to the nodes of this rank, energy.
 template <class Basis, int Dim>
 ReproducibleSum workOfImageStress( const State<Dim>& state,
                                    const NewtonianStress& law )
@@ -244,6 +244,8 @@ template <int Dim>
 class NewtonianViscosity : public Module<Dim>
 {
   public:
+    //! \name What an input says of it: see ModuleFactory and InputHooks
+    //! @{
     static constexpr const char* name = "viscosity";
 
     static Parameters declare( const int dimension )
@@ -271,6 +273,7 @@ class NewtonianViscosity : public Module<Dim>
         : _law{ json.at( "shear" ), json.at( "bulk" ) }
     {
     }
+    //! @}
 
     void layOut( State<Dim>& state ) override
     {

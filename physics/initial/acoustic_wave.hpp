@@ -14,6 +14,8 @@ namespace Machpoint
 class AcousticWaveState : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "acoustic_wave";
 
     static Parameters declare( const int dimension )
@@ -46,10 +48,13 @@ class AcousticWaveState : public InitialState
         return p;
     }
 
+    //! \throws std::invalid_argument without a known gas law, or for an
+    //! amplitude that no such wave has
     AcousticWaveState( const Json& json, const SceneFacts& scene )
         : _wave( makeAcousticWave( json, scene.gas() ) )
     {
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

@@ -28,6 +28,8 @@ namespace Machpoint
 class Blast : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "blast";
 
     static Parameters declare( const int dimension )
@@ -58,6 +60,7 @@ class Blast : public InitialState
         return p;
     }
 
+    //! \throws std::invalid_argument without a known gas law
     Blast( const Json& json, const SceneFacts& scene )
         : _json( json ), _center( toVector3( json.at( "center" ) ) ),
           _radius( json.at( "radius" ) )
@@ -69,6 +72,7 @@ class Blast : public InitialState
                              _radius,
                          scene.dimension );
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

@@ -15,6 +15,8 @@ namespace Machpoint
 class Hydrostatic : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "hydrostatic";
 
     static Parameters declare( const int dimension )
@@ -42,6 +44,7 @@ class Hydrostatic : public InitialState
           _pressure( json.at( "pressure" ) ), _gravity( json.at( "gravity" ) )
     {
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

@@ -28,18 +28,21 @@ using Gradient = Kokkos::Array<Vector3, 3>;
 /*!
   \brief A gas state for every place. Host only: it is asked once per particle.
 
-  It is made from its resolved JSON, and from SceneFacts if it wants them.
+  It is made from its resolved JSON, and from SceneFacts if it wants them. Its
+  type has a `name`, the "type" of its entries in `initial`, their keys,
+  `declare( dimension )` (1 to 3, or 0 for any), and, if it needs a plane, a
+  `least_dimension`.
 */
 class InitialState
 {
   public:
     virtual ~InitialState() = default;
 
-    //! \param x position, components beyond Dim are 0
+    //! \param x position [3], length; components beyond Dim are 0
     virtual GasState state( const Vector3& x ) const = 0;
 
-    //! Gradient of the velocity where it is smooth. A jump has none: it is
-    //! left to the grid, so that states that are uniform but for jumps need
+    //! Gradient of the velocity where it is smooth, 1/time. A jump has none: it
+    //! is left to the grid, so that states that are uniform but for jumps need
     //! not override this.
     virtual Gradient velocityGradient( const Vector3& ) const { return {}; }
 
@@ -48,7 +51,7 @@ class InitialState
 
       Replaces it, unless the state is one that adds to what there is.
       \param[in,out] gas of zero density where nothing is yet
-      \param[in,out] gradient of its velocity
+      \param[in,out] gradient of its velocity, 1/time
     */
     virtual void apply( const Vector3& x, GasState& gas,
                         Gradient& gradient ) const
@@ -58,7 +61,7 @@ class InitialState
     }
 };
 
-//! Number of an axis from its validated name.
+//! Number of an axis, 0 to 2, from its validated name.
 inline int axisNumber( const Json& name )
 {
     return name.get<std::string>()[0] - 'x';

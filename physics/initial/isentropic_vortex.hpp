@@ -14,6 +14,8 @@ namespace Machpoint
 class IsentropicVortexState : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "isentropic_vortex";
     static constexpr int least_dimension = 2;
 
@@ -48,11 +50,14 @@ class IsentropicVortexState : public InitialState
         return p;
     }
 
+    //! \throws std::invalid_argument without a known gas law, or for a strength
+    //! that would leave it hollow
     IsentropicVortexState( const Json& json, const SceneFacts& scene )
         : _vortex( makeIsentropicVortex( json, scene.gas() ) ),
           _periods( periodsOf( scene.input ) )
     {
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

@@ -24,6 +24,8 @@ namespace Machpoint
 class KelvinHelmholtz : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "kelvin_helmholtz";
     static constexpr int least_dimension = 2;
 
@@ -70,6 +72,7 @@ class KelvinHelmholtz : public InitialState
               json.at( "wavelength" ).get<double>() )
     {
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

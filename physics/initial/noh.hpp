@@ -14,6 +14,8 @@ namespace Machpoint
 class Noh : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "noh";
 
     static Parameters declare( const int dimension )
@@ -41,11 +43,13 @@ class Noh : public InitialState
         return p;
     }
 
+    //! \throws std::invalid_argument without a known gas law
     Noh( const Json& json, const SceneFacts& scene )
         : _solution( makeNoh( json, scene.gas() ) ),
           _dimension( scene.dimension ), _speed( json.at( "speed" ) )
     {
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

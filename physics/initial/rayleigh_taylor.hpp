@@ -25,6 +25,8 @@ namespace Machpoint
 class RayleighTaylor : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "rayleigh_taylor";
     static constexpr int least_dimension = 2;
 
@@ -78,6 +80,7 @@ class RayleighTaylor : public InitialState
                 turn /
                 json.at( d == _axis ? "height" : "wavelength" ).get<double>();
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

@@ -14,6 +14,8 @@ namespace Machpoint
 class Riemann : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "riemann";
 
     static Parameters declare( const int dimension )
@@ -37,6 +39,7 @@ class Riemann : public InitialState
           _right( toGasState( json.at( "right" ) ) )
     {
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

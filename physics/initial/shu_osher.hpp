@@ -20,6 +20,8 @@ namespace Machpoint
 class ShuOsher : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "shu_osher";
 
     static Parameters declare( const int dimension )
@@ -47,6 +49,7 @@ class ShuOsher : public InitialState
         return p;
     }
 
+    //! \throws std::invalid_argument without a known gas law
     ShuOsher( const Json& json, const SceneFacts& scene )
         : _direction( toDirection( json ) ), _position( json.at( "position" ) ),
           _amplitude( json.at( "amplitude" ) ),
@@ -66,6 +69,7 @@ class ShuOsher : public InitialState
             _behind.velocity[d] =
                 mach * sound_speed * ( 1 - 1 / ratio ) * _direction[d];
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

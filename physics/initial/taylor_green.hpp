@@ -25,6 +25,8 @@ namespace Machpoint
 class TaylorGreen : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "taylor_green";
     static constexpr int least_dimension = 2;
 
@@ -59,6 +61,7 @@ class TaylorGreen : public InitialState
               json.at( "wavelength" ).get<double>() )
     {
     }
+    //! @}
 
     GasState state( const Vector3& y ) const override
     {

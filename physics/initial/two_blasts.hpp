@@ -19,6 +19,8 @@ namespace Machpoint
 class TwoBlasts : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "two_blasts";
 
     static Parameters declare( const int dimension )
@@ -59,6 +61,7 @@ class TwoBlasts : public InitialState
           _right( json.at( "right_pressure" ) )
     {
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {

@@ -14,6 +14,8 @@ namespace Machpoint
 class Uniform : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "uniform";
 
     static Parameters declare( const int dimension )
@@ -22,6 +24,7 @@ class Uniform : public InitialState
     }
 
     explicit Uniform( const Json& json ) : _state( toGasState( json ) ) {}
+    //! @}
     GasState state( const Vector3& ) const override { return _state; }
 
   private:

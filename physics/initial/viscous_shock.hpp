@@ -14,6 +14,8 @@ namespace Machpoint
 class ViscousShockState : public InitialState
 {
   public:
+    //! \name What InitialState asks of its type
+    //! @{
     static constexpr const char* name = "viscous_shock";
 
     static Parameters declare( const int dimension )
@@ -33,10 +35,13 @@ class ViscousShockState : public InitialState
         return p;
     }
 
+    //! \throws std::invalid_argument without a known gas law, or where
+    //! `physics` has not the viscosity and conduction that it is of
     ViscousShockState( const Json& json, const SceneFacts& scene )
         : _shock( makeViscousShock( json, scene.input ) )
     {
     }
+    //! @}
 
     GasState state( const Vector3& x ) const override
     {
