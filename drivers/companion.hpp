@@ -19,7 +19,7 @@ namespace Machpoint
 //! A time step and what it moved.
 struct StepCost
 {
-    double seconds = 0;
+    double seconds = 0;         //!< wall time of this rank
     std::int64_t particles = 0; //!< after the step, of all ranks
     double time = 0;            //!< after the step
 };
@@ -30,6 +30,7 @@ using IsStopped = std::function<bool( const Simulation& )>;
 /*!
   \brief Runs a simulation to a time, stopping at its input's output times
   without writing. Collective.
+  \param input resolved \param end time
   \param stop asked after each step
   \return each step's cost; fewer steps when stopped \throws NumericalFailure
 */
@@ -37,6 +38,7 @@ std::vector<StepCost> stepTo( Simulation& simulation, const Json& input,
                               double end, const IsStopped& stop );
 
 //! Cells along the axis that has most of them: what refines a grid.
+//! \param input resolved
 std::int64_t resolution( const Json& input );
 
 /*!
@@ -49,7 +51,7 @@ Json coarsened( const Json& input, std::int64_t factor );
 
 /*!
   \brief Makes a run of a coarsened input. Collective.
-  \param option that asks for it
+  \param input resolved \param option that asks for it
   \throws InputError that names the option and the cells, where these are too
   few for the scene, or for so many ranks
 */

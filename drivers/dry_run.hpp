@@ -17,7 +17,7 @@ struct Calibration
     std::vector<std::int64_t> cells; //!< [Dim]
     std::int64_t first = 0;          //!< particles at the start, of all ranks
     std::vector<StepCost> costs;     //!< at least one
-    double bytes_per_particle = 0;
+    double bytes_per_particle = 0;   //!< of all ranks
 };
 
 //! All steps of a run on a coarser grid.
@@ -26,16 +26,18 @@ struct Rung : Calibration
     double fineness = 0; //!< 1 / smallest spacing, 1/length
     double fixed =
         0; //!< steps whatever the grid: of start and outputs, at most
-    std::int64_t last = 0, most = 0; //!< particles, of all ranks
-    double seconds = 0;              //!< set-up included
+    //! Particles at the end, and at most, of all ranks.
+    std::int64_t last = 0, most = 0;
+    double seconds = 0; //!< set-up included
 };
 
 //! What a run is expected to be.
 struct Forecast
 {
-    double steps = 0;
-    double last = 0, most = 0; //!< particles
-    double seconds = 0;        //!< of all steps
+    double steps = 0; //!< up to the end
+    //! Particles at the end, and at most, of all ranks.
+    double last = 0, most = 0;
+    double seconds = 0; //!< of all steps, without outputs
 };
 
 /*!
@@ -49,7 +51,7 @@ struct Forecast
 
   \param rungs at least one, coarsest first
   \param fineness of the grid, 1/length
-  \param first particles at the start
+  \param first particles at the start, of all ranks
 */
 Forecast forecast( const std::vector<Rung>& rungs, double fineness,
                    double first, const Calibration& calibration );

@@ -17,7 +17,7 @@ namespace Machpoint
 //! The error of the finest of two or three grids.
 struct Extrapolation
 {
-    double error = 0;
+    double error = 0;               //!< of the unit of `near`
     double order = 1;               //!< that the error was computed with
     std::optional<double> observed; //!< order, of three grids
 };
@@ -28,16 +28,17 @@ struct Extrapolation
   Three grids show the order, p = log( far / near ) / log( ratio ), which is
   believed between lowest_order and highest_order (as Eca and Hoekstra 2014 do,
   J. Comput. Phys. 262); with two it is taken to be 1, as at shocks and
-  contacts. \param near how far the next coarser grid is from the finest \param
-  far how far the coarsest is from that one; none without it \param ratio of the
-  spacings of two neighbouring grids, > 1
+  contacts.
+  \param near how far the next coarser grid is from the finest
+  \param far how far the coarsest is from that one; none without it
+  \param ratio of the spacings of two neighbouring grids, > 1
 */
 Extrapolation extrapolate( double near, std::optional<double> far,
                            double ratio );
 
 /*!
   \brief Can companion runs be made of this input? Collective.
-  \throws InputError that says why not
+  \param input resolved \throws InputError that says why not
 */
 void requireCompanions( const Json& input );
 
@@ -46,9 +47,11 @@ void requireCompanions( const Json& input );
   and compares. Collective.
 
   A quarter is left out where its longest axis would have fewer than 8 cells,
-  and where the gas breaks down on it. \param input resolved \param fine the
-  run's grid data, own blocks \param time of the data \return `error_estimate`
-  of the summary; on all ranks but the root without what the fields tell
+  and where the gas breaks down on it.
+  \param input resolved \param fine the run's grid data, own blocks
+  \param time of the data \param stop ends a companion, and the estimate
+  \return `error_estimate` of the summary; on all ranks but the root without
+  what the fields tell
 */
 Json estimateError( const Json& input, const GridData& fine, double time,
                     const IsStopped& stop );

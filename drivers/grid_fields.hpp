@@ -17,6 +17,7 @@ namespace Machpoint
 {
 
 //! The blocks of all ranks as one, on the root; empty elsewhere. Collective.
+//! \throws std::runtime_error where a field is more than 2 GiB
 GridData wholeGrid( const Communicator& ranks, const GridData& own );
 
 //! Node fields, to be asked at any place.
@@ -39,13 +40,13 @@ class GridFields
 //! How far one run's field is from another's, and how large that is.
 struct FieldDifference
 {
-    FieldError error;
-    double size = 0; //!< |field| of the other run, integrated over the domain
+    FieldError error; //!< norms of the difference
+    double size = 0;  //!< |field| of the other run, integrated over the domain
 };
 
 /*!
-  \brief Differences of density, pressure, specific internal energy and
-  velocity.
+  \brief Differences of density, velocity, pressure and specific internal
+  energy, in this order.
 
   Both are interpolated linearly to the centres of the cells of an input, and
   integrated over the domain; cells in which one of them has no gas are left

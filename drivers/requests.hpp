@@ -18,7 +18,7 @@ namespace Machpoint
 //! What is due after a step; the larger one counts.
 enum class Request : int
 {
-    none,
+    none,       //!< goes on
     checkpoint, //!< write one and go on
     stop        //!< write one and end
 };
@@ -30,6 +30,8 @@ enum class Request : int
 class Requests
 {
   public:
+    //! Forgets signals that came before.
+    //! \param ranks which must outlive it
     //! \param checkpoint of a resolved input \param stop_file a path
     Requests( const Communicator& ranks, const Json& checkpoint,
               std::filesystem::path stop_file );

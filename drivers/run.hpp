@@ -18,20 +18,21 @@ namespace Machpoint
 enum ExitCode
 {
     finished = 0,
-    numerical_failure = 1,
-    wrong_input = 2,
-    stopped_early = 3,
-    io_failure = 4
+    numerical_failure = 1, //!< the gas broke down
+    wrong_input = 2,       //!< or a wrong command line
+    stopped_early = 3,     //!< by a signal or the stop file
+    io_failure = 4         //!< the disk refused
 };
 
 //! What the command line adds to the input.
 struct RunOptions
 {
-    std::string output;          //!< directory; empty: out/<scene>
+    std::string output;          //!< directory; empty: `out/<scene>`
     bool overwrite = false;      //!< replace a former run's output
     bool quiet = false;          //!< no progress and no end table
     bool estimate_error = false; //!< by companion runs on coarser grids
     std::string restart;         //!< checkpoint to go on from, "latest" or none
+    //! Those before a restart count, too.
     std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
 };
 

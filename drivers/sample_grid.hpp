@@ -26,11 +26,13 @@ template <int Dim>
 class SampleGrid
 {
   public:
+    //! \param input resolved
     explicit SampleGrid( const Json& input )
         : _grid( coarse( makeGrid<Dim>( input ) ) )
     {
     }
 
+    //! Its cells, with a sample at the centre of each.
     const Grid<Dim>& grid() const { return _grid; }
 
     //! Number of samples.
@@ -42,7 +44,7 @@ class SampleGrid
         return count;
     }
 
-    //! The centre of a cell.
+    //! The centre of a cell [Dim], length.
     Vector<Dim> center( const Indices<Dim>& i ) const
     {
         Vector<Dim> x{};
@@ -91,7 +93,7 @@ std::string placeText( const Vector<Dim>& x )
     return fmt::format( "({})", fmt::join( numbers, ", " ) );
 }
 
-//! That of sound in a gas of this law.
+//! That of sound in a gas of this law, length/time.
 inline double soundSpeed( const GasState& gas, const GasLaw& law )
 {
     return std::sqrt( law.gamma * ( gas.pressure + law.pressure_offset ) /
@@ -99,7 +101,7 @@ inline double soundSpeed( const GasState& gas, const GasLaw& law )
 }
 
 //! What gas a side shows to the gas at it; that gas itself where nobody knows.
-//! \param x on the side
+//! \param input resolved \param x on the side [Dim]
 template <int Dim>
 GasState gasBeyond( const Json& input, const int side, const Vector<Dim>& x,
                     const GasState& gas )

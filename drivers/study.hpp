@@ -16,7 +16,7 @@ namespace Machpoint
 //! What the command line adds to a study.
 struct StudyOptions
 {
-    std::string output; //!< directory; empty: out/studies/<study>
+    std::string output; //!< directory; empty: `out/studies/<study>`
     std::string target; //!< NAME=VALUE of an error that is to be reached
     std::string budget; //!< time that is to be used, as in 20s, 3min, 1h
     std::string clock = "wall"; //!< or "processor": what counts as time

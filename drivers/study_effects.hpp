@@ -51,7 +51,7 @@ void addRound( Json& effects, const Json& summary );
 */
 Json effectsTable( const Study& study, const std::vector<StudyRow>& rows );
 
-//! What differences of time cannot be told from: the most by which the two
+//! What differences of time cannot be told from, s: the most by which the two
 //! fastest rounds of a run differ; 0 where there is one round.
 double timeNoise( const Study& study, const std::vector<StudyRow>& rows );
 

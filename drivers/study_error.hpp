@@ -28,14 +28,14 @@ Json seriesMeans( const std::filesystem::path& folder );
 //! A grid output of a run.
 struct GridOutput
 {
-    double time = 0;
-    std::filesystem::path file;
+    double time = 0;            //!< that of the scene
+    std::filesystem::path file; //!< for readGrid
 };
 
 //! All of a run, in order. \throws IoError without any
 std::vector<GridOutput> gridOutputs( const std::filesystem::path& folder );
 
-//! \throws IoError
+//! The fields of a grid output. \throws IoError
 GridFields readGrid( const std::filesystem::path& file );
 
 /*!

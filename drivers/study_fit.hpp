@@ -62,8 +62,8 @@ std::vector<std::size_t> paretoFront( const std::vector<Point>& points );
 //! Runs that differ in their cells alone, coarsest first.
 struct Line
 {
-    std::string name;
-    int dimension = 1;
+    std::string name;  //!< what its runs have in common
+    int dimension = 1; //!< Dim
     std::vector<std::vector<std::int64_t>> cells; //!< [runs][Dim]
     std::vector<double> seconds;                  //!< [runs]
     std::vector<double> errors;                   //!< [runs]; NaN: not known
@@ -95,15 +95,17 @@ struct Laws
     std::optional<double> halving;
 };
 
+//! Least squares in the logarithms, of the `fitted_runs` finest runs for which
+//! a number is known.
 Laws fitLaws( const Line& line );
 
 //! A setting of a line, with what it is expected to cost and to miss by.
 struct Candidate
 {
-    std::size_t line = 0;
+    std::size_t line = 0;            //!< its place in the list of lines
     std::vector<std::int64_t> cells; //!< [Dim]
-    double seconds = 0;
-    double error = 0;
+    double seconds = 0;              //!< expected
+    double error = 0;                //!< expected
 };
 
 //! How far beyond its finest run, along each axis, a line is believed.
@@ -120,6 +122,8 @@ std::optional<double> unbelievedOrder( const Line& line );
 
   Cells are multiples of what those of the runs have in common, so that
   discontinuities and bodies lie on the grid as they do there.
+  \param number of the line, for Candidate::line
+  \return coarsest first; none where no error is known
 */
 std::vector<Candidate> candidates( const Line& line, std::size_t number );
 

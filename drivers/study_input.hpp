@@ -33,6 +33,7 @@ struct StudyRun
     Json input;       //!< resolved
     Solver solver = Solver::machpoint;
 
+    //! [Dim]
     std::vector<std::int64_t> cells() const
     {
         return input.at( "grid" ).at( "cells" );
@@ -66,14 +67,14 @@ enum class Clock
 //! A study file, checked.
 struct Study
 {
-    std::string name;
+    std::string name; //!< and that of its output directory
     StudyKind kind = StudyKind::accuracy;
     std::string error; //!< field.norm, body.column or probe.column; of
                        //!< effects perhaps empty: none
     Reference reference = Reference::exact;
-    Json known;  //!< of Reference::known: column -> number
-    Json probes; //!< resolved
-    int repeats = 1;
+    Json known;                 //!< of Reference::known: column -> number
+    Json probes;                //!< resolved
+    int repeats = 1;            //!< how often each run is timed
     Clock clock = Clock::wall;  //!< not from the file
     bool whole_paths = false;   //!< in names of lines, where shorter ones agree
     Json scene;                 //!< input with `set`, not resolved

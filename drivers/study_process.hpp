@@ -30,6 +30,7 @@ struct ProcessResult
 inline constexpr const char* finite_volume_cfl = "0.8";
 
 //! The program of a solver: this very executable, or the one beside it.
+//! \throws std::filesystem::filesystem_error where the system does not tell
 std::filesystem::path executable( Solver solver );
 
 /*!
@@ -39,6 +40,7 @@ std::filesystem::path executable( Solver solver );
 class ProcessGuard
 {
   public:
+    //! Forgets signals that came before.
     ProcessGuard();
     ~ProcessGuard();
     ProcessGuard( const ProcessGuard& ) = delete;

@@ -27,7 +27,8 @@ struct StudyRow
     double error( const std::string& name ) const;
 };
 
-//! The middle of some numbers, of an even count the mean of the two.
+//! The middle of some numbers, of an even count the mean of the two; of one at
+//! least.
 double median( std::vector<double> values );
 
 //! The finished rows by lines, in the order of the study, coarsest first.

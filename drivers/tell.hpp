@@ -1,6 +1,6 @@
 /*!
   \file tell.hpp
-  \brief Layer 4: what a run says of itself.
+  \brief Layer 7: what a run says of itself.
 */
 #ifndef MACHPOINT_TELL_HPP
 #define MACHPOINT_TELL_HPP
