@@ -23,12 +23,17 @@ template <int Dim>
 class Piston : public Machpoint::Module<Dim>
 {
   public:
-    // The names that every line below needs.
+    //! \name Names that every line below needs
+    //! @{
     using Real = Machpoint::Real;
     using Range = Machpoint::Range;
-    // The same to the last digit in whatever order it is added up.
+    //! The same to the last digit in whatever order it is added up.
     using Sum = Machpoint::ReproducibleSum;
+    //! @}
 
+    //! \name What an input says of it
+    //! See Machpoint::ModuleFactory and Machpoint::InputHooks.
+    //! @{
     static constexpr const char* name = "piston";
 
     static Machpoint::Parameters declare( const int dimension )
@@ -49,7 +54,8 @@ class Piston : public Machpoint::Module<Dim>
         return p;
     }
 
-    //! What a study can take for an error.
+    //! What a study can take for an error: the force of the piston on the gas,
+    //! mass length/time^2, and where its face is, length.
     static std::vector<std::string> columns()
     {
         return { "force", "position" };
@@ -63,6 +69,7 @@ class Piston : public Machpoint::Module<Dim>
         _series.columns = columns();
         _series.columns.insert( _series.columns.begin(), "time" );
     }
+    //! @}
 
     //! Behind the face there is no gas.
     bool isSolid( const Machpoint::Vector<Dim>& x ) const override
@@ -122,6 +129,7 @@ class Piston : public Machpoint::Module<Dim>
     //! Puts particles that the face overtook just in front of it. Only their
     //! position changes, which costs no momentum, and no energy except with
     //! the linear basis, whose affine energy depends on the place in the cell.
+    //! \throws Machpoint::NumericalFailure it has reached the domain's far side
     void applyToParticles( Machpoint::State<Dim>& state ) override
     {
         const int axis = _axis;
