@@ -92,8 +92,8 @@ class Module
     //! After the new node velocities are known: account for work done.
     virtual void gridWork( State<Dim>& ) {}
     //! Sources of particle momentum or energy, after G2P; not of mass, which
-    //! a repeated step would add again. \return did it change any, so that
-    //! they have to be checked again?
+    //! a repeated step would add again. \return did it change any without a
+    //! look at them (Watch::lookAtEnergy), so that all have to be checked?
     virtual bool particleSource( State<Dim>& ) { return false; }
     //! After particles moved: wrap, reflect, push out, or mark for removal
     //! (negative id). Those that are beyond the domain are state.leavers.

@@ -143,8 +143,9 @@ class Shape
     /*!
       \brief Outward unit normal: the gradient of the distance.
 
-      Where the gradient is not unique (the centre of a sphere, the ridges
-      inside a box, an edge of the surface) it is one of the candidates.
+      Where the gradient is not unique it is, at an edge of a box or below it
+      and at a polygon's vertex, the mean of the faces' normals, elsewhere (the
+      centre of a sphere, the ridges inside a polygon) one of the candidates.
     */
     KOKKOS_FUNCTION Vector<Dim> normal( const Vector<Dim>& x ) const
     {
@@ -332,29 +333,29 @@ class Shape
                                                       const Vector<Dim>& x )
     {
         Vector<Dim> outside; // from the closest point of the box to x
-        int closest_axis = 0;
-        Real closest_side = 1;
-        Real face_distance = -Kokkos::Experimental::finite_max_v<Real>;
+        Vector<Dim> depth;   // below the closer of an axis's two faces
+        Vector<Dim> side;
+        Real least = Kokkos::Experimental::finite_max_v<Real>;
+        Real size = 0;
         for ( int d = 0; d < Dim; ++d )
         {
             const Real below = solid.a[d] - x[d];
             const Real above = x[d] - solid.b[d];
             outside[d] = above > 0 ? above : ( below > 0 ? -below : 0 );
-            if ( Kokkos::max( below, above ) > face_distance )
-            {
-                face_distance = Kokkos::max( below, above );
-                closest_axis = d;
-                closest_side = above > below ? 1 : -1;
-            }
+            depth[d] = -Kokkos::max( below, above );
+            side[d] = above > below ? 1 : -1;
+            least = Kokkos::min( least, depth[d] );
+            size = Kokkos::max( size, solid.b[d] - solid.a[d] );
         }
         const Real l = length( outside );
-        // Inside or on the surface the closest face decides.
+        // Inside or on the surface the closest face decides; at an edge and
+        // below it several do, whatever the order of the axes.
         if ( !( l > 0 ) )
         {
-            Vector<Dim> face_normal;
+            Vector<Dim> normal;
             for ( int d = 0; d < Dim; ++d )
-                face_normal[d] = d == closest_axis ? closest_side : 0;
-            return { face_distance, face_normal };
+                normal[d] = depth[d] - least <= round_off * size ? side[d] : 0;
+            return { -least, scaled( 1 / length( normal ), normal ) };
         }
         return { l, scaled( 1 / l, outside ) };
     }

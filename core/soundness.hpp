@@ -53,7 +53,8 @@ isSound( const VectorOf<Dim, Number>& moved, const VectorOf<Dim, Number>& v,
   so that they need not be read again: those that may leave the rank's box
   (State::noted), and that one may not be sound (State::suspicions). A kernel
   that moves them for a part of the step ahead of it asks lookAtMove, one that
-  changes their volume lookAtVolume.
+  changes their volume lookAtVolume, and one that gives them heat behind it
+  lookAtEnergy.
 */
 template <int Dim>
 struct Watch
@@ -107,6 +108,21 @@ struct Watch
     {
         if ( any( active( p ) && Lanes( large_volume ) < volume ) )
             tell( Large );
+    }
+
+    //! Of a kernel that changes energies once G2P is done, when `returns` is
+    //! not known any more. \param V volumes \param m masses
+    template <class Volumes, class Masses>
+    KOKKOS_FORCEINLINE_FUNCTION void
+    lookAtEnergy( const Pack p, const Lanes& energy, const Volumes& V,
+                  const Masses& m ) const
+    {
+        const Lanes heat = reference > 0 ? heatOf( energy, load( V, p ),
+                                                   load( m, p ), reference )
+                                         : energy;
+        if ( any( active( p ) && !( Lanes( least_heat ) < heat &&
+                                    heat < Lanes( largest_quantity ) ) ) )
+            tell( Unsound );
     }
 
     //! Of any thread; isSuspected asks.

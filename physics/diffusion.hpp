@@ -6,6 +6,7 @@
 #define MACHPOINT_DIFFUSION_HPP
 
 #include <core/flow_facts.hpp>
+#include <core/soundness.hpp>
 #include <core/transfer.hpp>
 
 #include <fmt/format.h>
@@ -32,16 +33,22 @@ class HeatOfStep
     //! [particles], energy/mass
     auto slice() const { return Cabana::slice<0>( _heat->data() ); }
 
-    //! Adds it to the particles' energy, in particleSource.
+    //! Adds it to the particles' energy, in particleSource; a step that it
+    //! breaks is repeated.
     template <int Dim>
     void give( const State<Dim>& state ) const
     {
         const auto e = state.particles.template slice<SpecificInternalEnergy>();
+        const auto V = state.particles.template slice<Volume>();
+        const auto m = state.particles.template slice<Mass>();
         const auto heat = slice();
+        const auto note = watch( state );
         forEachPack(
             "Machpoint::giveHeat", state.particles.size(),
             MACHPOINT_LAMBDA( const Pack p ) MACHPOINT_INLINE {
-                store( e, load( e, p ) + load( heat, p ), p );
+                const Lanes energy = load( e, p ) + load( heat, p );
+                store( e, energy, p );
+                note.lookAtEnergy( p, energy, V, m );
             } );
     }
 

@@ -180,7 +180,7 @@ class HeatConduction : public Module<Dim>
     bool particleSource( State<Dim>& state ) override
     {
         _heat.give( state );
-        return true;
+        return false; // it has looked at what it changed
     }
 
   private:

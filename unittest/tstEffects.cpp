@@ -271,7 +271,6 @@ Counts nodeSumsAndHeat( const int sums, const int fills )
 {
     auto counts = nodeSums( sums, fills );
     counts["Machpoint::clearSidecar"] = 1;
-    counts["Machpoint::findFault"] = 20;
     return counts;
 }
 

@@ -1407,6 +1407,27 @@ TEST( Obstacle, isTheSameInEveryCell )
     }
 }
 
+// Gas that flows along the diagonal presses both faces of a box alike, also
+// where its corner is a node, which is as near to one face as to the other.
+TEST( Obstacle, noFaceOfABoxIsTheFirst )
+{
+    for ( const std::string method : { "apic", "paper" } )
+        for ( const auto& basis : bases )
+        {
+            auto input = box( 2, 20, 2, method, basis, "slip_wall" );
+            input["initial"][0]["velocity"] = { 0.5, 0.5 };
+            addBodies( input, { { { "type", "box" },
+                                  { "lower", { 0.5, 0.5 } },
+                                  { "upper", { 0.8, 0.8 } } } } );
+            auto run = simulate( input );
+            advance( *run, 10 );
+            const auto& row = run->series().at( 0 )->rows.back();
+            EXPECT_GT( row[1], 0.01 ) << method << basis;
+            EXPECT_NEAR( row[2] / row[1], 1, tolerance( 1e-9 ) )
+                << method << basis;
+        }
+}
+
 // Bilateral projection does no work: a closed box with a cylinder keeps its
 // energy.
 TEST( Obstacle, projectionDoesNoWork )

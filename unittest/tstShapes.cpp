@@ -232,16 +232,23 @@ void testBox()
     EXPECT_GT( inside, 20 );
     expectSignedDistance<Dim>( box, points );
 
-    // On a corner, on a face, and at the centre there is a normal, too.
+    // On a corner, on a face, and at the centre there is a normal, too; at a
+    // corner and below it that of all its faces.
     EXPECT_EQ( box.distance( upper ), 0 );
-    EXPECT_EQ( norm<Dim>( box.normal( upper ) ), 1 );
+    Vector<Dim> below = upper;
+    for ( auto& y : below )
+        y -= 0.125_rt;
+    EXPECT_EQ( box.distance( below ), -0.125_rt );
+    for ( const auto& x : { upper, below } )
+        for ( const Real n : box.normal( x ) )
+            EXPECT_NEAR( n, 1 / std::sqrt( Real( Dim ) ), tolerance( 1e-15 ) );
     Vector<Dim> face = lower;
     for ( int d = 1; d < Dim; ++d )
         face[d] = 0.5;
     EXPECT_EQ( box.normal( face )[0], -1 );
     const auto center =
         along<Dim>( lower, 0.5, along<Dim>( upper, -1, lower ) );
-    EXPECT_EQ( norm<Dim>( box.normal( center ) ), 1 );
+    EXPECT_NEAR( norm<Dim>( box.normal( center ) ), 1, tolerance( 1e-15 ) );
 }
 
 TEST( Shapes, Box )
