@@ -2,10 +2,12 @@
 #include <core/traffic.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <thread>
 
 #if defined( MACHPOINT_ENABLE_MPI ) && __has_include( <mpi-ext.h> )
 #include <mpi-ext.h>
@@ -129,6 +131,44 @@ std::vector<double> Communicator::max( std::vector<double> values ) const
     return values;
 }
 
+bool Communicator::allArrive( const double seconds ) const
+{
+    if ( _size == 1 )
+        return true;
+    // Not a collective call, as the others may be in one.
+    constexpr int tag = 3; // 0 to 2 are those of halo and migration
+    using Clock = std::chrono::steady_clock;
+    const auto end = Clock::now() + std::chrono::duration<double>( seconds );
+    std::vector<MPI_Request> pending;
+    for ( int r = 0; r < _size; ++r )
+        if ( r != _rank )
+        {
+            MPI_Isend( nullptr, 0, MPI_BYTE, r, tag, _handle,
+                       &pending.emplace_back() );
+            MPI_Irecv( nullptr, 0, MPI_BYTE, r, tag, _handle,
+                       &pending.emplace_back() );
+        }
+    int done = 0;
+    while ( !done )
+    {
+        MPI_Testall( static_cast<int>( pending.size() ), pending.data(), &done,
+                     MPI_STATUSES_IGNORE );
+        if ( !done && Clock::now() > end )
+            break;
+        if ( !done )
+            std::this_thread::sleep_for( std::chrono::milliseconds( 1 ) );
+    }
+    if ( done )
+        return true;
+    for ( auto& request : pending )
+        if ( request != MPI_REQUEST_NULL )
+        {
+            MPI_Cancel( &request );
+            MPI_Request_free( &request );
+        }
+    return false;
+}
+
 std::int64_t Communicator::sumBefore( std::int64_t value ) const
 {
     if ( _size == 1 )
@@ -209,6 +249,11 @@ Communicator::sumCounts( std::vector<std::int64_t> values ) const
 std::vector<double> Communicator::max( std::vector<double> values ) const
 {
     return values;
+}
+
+bool Communicator::allArrive( double ) const
+{
+    return true;
 }
 
 std::int64_t Communicator::sumBefore( std::int64_t ) const

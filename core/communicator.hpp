@@ -116,6 +116,9 @@ class Communicator
     }
     //! @}
 
+    //! Do all ranks call this within so many seconds? For a failure that one
+    //! rank may have met alone, while the others wait for what it would send.
+    bool allArrive( double seconds = 10 ) const;
     //! Ends all ranks at once; for a failure that only this rank has met.
     [[noreturn]] void abort( int exit_code ) const;
 

@@ -19,6 +19,7 @@ enum class FaultKind : int
     moved_too_far,   //!< more than a cell
     negative_energy, //!< specific internal energy, or what is heat of it
     no_volume,       //!< so density is not positive
+    no_mass,         //!< none that is positive and finite
     not_finite       //!< place, velocity, volume or heat
 };
 
@@ -82,7 +83,9 @@ Fault findFault( const State<Dim>& state )
                 moved[d] = x( p, d ) - start( p, d );
             const auto u = loadVector<Dim>( v, p );
             const Real heat = heatOf<Real>( e( p ), V( p ), m( p ), reference );
-            if ( !isSound<Dim>( moved, u, V( p ), heat, spacing, least ) )
+            if ( !( 0 < m( p ) && m( p ) < largest_quantity ) )
+                worst += Fault{ p, FaultKind::no_mass };
+            else if ( !isSound<Dim>( moved, u, V( p ), heat, spacing, least ) )
                 worst += Fault{
                     p, kindOfFault<Dim>( moved, u, V( p ), heat, least ) };
         },
@@ -105,6 +108,7 @@ std::string describeFault( const State<Dim>& state, const Fault& fault )
     }
     const char* what =
         fault.kind == FaultKind::not_finite  ? "a value that is not finite"
+        : fault.kind == FaultKind::no_mass   ? "no positive, finite mass"
         : fault.kind == FaultKind::no_volume ? "no positive volume"
         : fault.kind == FaultKind::negative_energy
             ? state.reference_pressure > 0

@@ -100,13 +100,14 @@ struct Conservative : MethodDefaults
             state.rates = &state.particles.template addSidecar<RateMembers>(
                 "Machpoint::rates", DuringStep::renews );
             state.flow = &state.particles.template addSidecar<FlowMembers>(
-                "Machpoint::flow", DuringStep::changes );
+                "Machpoint::flow", DuringStep::changes, WhenMerged::stays );
             if ( parts.midpoint )
             {
                 const Profile::Effect effect( "midpoint" );
                 state.drift =
                     &state.particles.template addSidecar<DriftMembers<Dim>>(
-                        "Machpoint::drift", DuringStep::changes );
+                        "Machpoint::drift", DuringStep::changes,
+                        WhenMerged::stays );
             }
             if ( parts.changesParticles() )
             {
@@ -114,7 +115,8 @@ struct Conservative : MethodDefaults
                     parts.split_volume > 0 ? "splitting" : "merging" );
                 history =
                     &state.particles.template addSidecar<HistoryMembers<Dim>>(
-                        "Machpoint::history", DuringStep::stays );
+                        "Machpoint::history", DuringStep::stays,
+                        WhenMerged::stays );
             }
             if ( parts.split_volume > 0 )
             {

@@ -40,7 +40,9 @@ struct GridVelocity
   \brief Base of all physics and boundary modules: hooks that do nothing.
 
   The time loop calls none of MACHPOINT_HOOKS that a module does not override
-  (hooksOf).
+  (hooksOf). A hook of the time step may throw NumericalFailure, on all ranks
+  alike: the run ends with the last good state. What one rank throws alone, and
+  any other error, ends all of them at once.
 */
 template <int Dim>
 class Module
@@ -60,7 +62,8 @@ class Module
     //! Sets or adds to the pressure and sound speed of particles.
     virtual void particleState( State<Dim>& ) {}
     //! Largest stable time step for this rank's gas, time, state.cfl included
-    //! where it is due; infinity when there is no limit.
+    //! where it is due; infinity when there is no limit. One that is not
+    //! positive, or NaN, ends the run.
     virtual Real limitTimeStep( State<Dim>& )
     {
         return Kokkos::Experimental::infinity_v<Real>;

@@ -113,9 +113,9 @@ class Particles
     //! None yet.
     Particles()
         : _aosoa( "Machpoint::particles" ), _other( "Machpoint::otherState" ),
-          _lasting( addSidecar<LastingMembers>( "Machpoint::lastingMembers",
-                                                DuringStep::stays,
-                                                member_names + Mass ) )
+          _lasting( addSidecar<LastingMembers>(
+              "Machpoint::lastingMembers", DuringStep::stays, WhenMerged::stays,
+              member_names + Mass ) )
     {
     }
 
@@ -289,16 +289,38 @@ class Particles
     }
 
     //! Creates a sidecar that lives as long as the particles; see Sidecar.
+    //! \throws std::logic_error there is one of that label
     template <class Members>
-    Sidecar<Members>& addSidecar( const std::string& label,
-                                  const DuringStep during_step,
-                                  const char* const* names = nullptr )
+    Sidecar<Members>&
+    addSidecar( const std::string& label, const DuringStep during_step,
+                const WhenMerged when_merged = WhenMerged::averages,
+                const char* const* names = nullptr )
     {
-        auto sidecar = std::make_unique<Sidecar<Members>>( label, size(),
-                                                           during_step, names );
+        for ( const auto& other : _sidecars )
+            if ( other->label() == label )
+                throw std::logic_error(
+                    "two sidecars are called " + label +
+                    ": a checkpoint could not tell them apart, so give each a "
+                    "label of its own" );
+        auto sidecar = std::make_unique<Sidecar<Members>>(
+            label, size(), during_step, when_merged, names );
         auto& reference = *sidecar;
         _sidecars.push_back( std::move( sidecar ) );
         return reference;
+    }
+
+    //! Does merge do anything?
+    bool averageOnMerging() const
+    {
+        return std::any_of( _sidecars.begin(), _sidecars.end(),
+                            []( const auto& sidecar )
+                            { return sidecar->averages(); } );
+    }
+    //! Particles have become one: what sidecars make of it (WhenMerged).
+    void merge( const MergedPairs& pairs )
+    {
+        for ( auto& sidecar : _sidecars )
+            sidecar->merge( pairs );
     }
 
     //! Reorders particles and sidecars, through the memory of the old state

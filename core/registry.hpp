@@ -42,6 +42,20 @@ enum class Hook : unsigned
 #undef MACHPOINT_NAME
 };
 
+//! As in the code, for messages.
+constexpr const char* nameOf( const Hook hook )
+{
+    switch ( hook )
+    {
+#define MACHPOINT_NAME( hook )                                                 \
+    case Hook::hook:                                                           \
+        return #hook;
+        MACHPOINT_HOOKS( MACHPOINT_NAME )
+#undef MACHPOINT_NAME
+    }
+    return "";
+}
+
 //! Those that a module type overrides: no others are called.
 class Hooks
 {

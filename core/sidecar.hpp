@@ -15,6 +15,15 @@
 namespace Machpoint
 {
 
+//! A particle that another one has become a part of.
+struct MergedPair
+{
+    int into = -1;  //!< its row; negative: none
+    int from = -1;  //!< the other one's
+    Real share = 0; //!< of the other one in the mass of both
+};
+using MergedPairs = Kokkos::View<MergedPair*, MemorySpace>;
+
 //! State that one effect alone needs, one entry per particle. Removal,
 //! insertion and migration carry every sidecar along, and sorting all that no
 //! step renews.
@@ -22,6 +31,10 @@ class SidecarBase
 {
   public:
     virtual ~SidecarBase() = default;
+    //! What it is called; no other sidecar of the particles is.
+    virtual const std::string& label() const = 0;
+    //! Does merge do anything?
+    virtual bool averages() const = 0;
     //! Makes room for n particles.
     //! \param clears are new entries zero? Else the caller writes them.
     virtual void resize( std::size_t n, bool clears ) = 0;
@@ -31,6 +44,8 @@ class SidecarBase
     //! Copies entry from(k) onto entry to(k) for k < count.
     virtual void move( const IndexList& from, const IndexList& to,
                        int count ) = 0;
+    //! Particles have become one: see WhenMerged.
+    virtual void merge( const MergedPairs& pairs ) = 0;
     //! Zeros those of some rows. \param rows less than 0: none
     virtual void forget( const IndexList& rows ) = 0;
     //! \name A step, as in Particles, if one changes the entries
@@ -55,13 +70,26 @@ class SidecarBase
     virtual std::size_t bytes() const = 0;
 };
 
-//! What a step, from drift to G2P, does to a sidecar.
+//! What a step does to a sidecar.
 enum class DuringStep
 {
-    changes, //!< its repetition needs the old values
-    stays,   //!< nothing
+    //! A module changes data() where it is, in particleSource: a step that is
+    //! repeated begins with a copy.
+    edits,
+    //! G2P writes all of next() anew; a step that is repeated needs the old
+    //! values.
+    changes,
+    stays, //!< nothing
     renews //!< it makes all anew before it reads it; a sort, which follows the
            //!< limits of dt, leaves it out
+};
+
+//! What becomes of an entry where particles merge. (A half has the entry of the
+//! particle that it is a half of, so an entry is best a number per mass.)
+enum class WhenMerged
+{
+    averages, //!< real numbers: the mean by mass; others stay
+    stays     //!< it is that of the particle that is left
 };
 
 //! A sidecar with the given members (Cabana::MemberTypes).
@@ -76,12 +104,15 @@ class Sidecar : public SidecarBase
     //! \param n particles, whose entries are zero
     //! \param names of the members in a checkpoint; null: numbers below label
     Sidecar( const std::string& label, const std::size_t n,
-             const DuringStep during_step, const char* const* names = nullptr )
-        : _label( label ), _during_step( during_step ), _names( names ),
-          _aosoa( label ), _spare( label )
+             const DuringStep during_step, const WhenMerged when_merged,
+             const char* const* names )
+        : _label( label ), _during_step( during_step ),
+          _when_merged( when_merged ), _names( names ), _aosoa( label ),
+          _spare( label )
     {
         resize( n, true );
     }
+    const std::string& label() const override { return _label; }
     void resize( const std::size_t n, const bool clears ) override
     {
         const int old = static_cast<int>( _aosoa.size() );
@@ -104,6 +135,16 @@ class Sidecar : public SidecarBase
     {
         Impl::moveTuples( _aosoa, from, to, count );
     }
+    bool averages() const override
+    {
+        return _when_merged == WhenMerged::averages &&
+               _during_step != DuringStep::renews;
+    }
+    void merge( const MergedPairs& pairs ) override
+    {
+        if ( averages() )
+            average( pairs, std::make_index_sequence<Members::size>{} );
+    }
     void forget( const IndexList& rows ) override
     {
         const auto aosoa = _aosoa;
@@ -120,6 +161,8 @@ class Sidecar : public SidecarBase
         _keeps = keeps && _during_step == DuringStep::changes;
         if ( _keeps )
             Impl::resizeWithSlack( _spare, _aosoa.size() );
+        if ( keeps && _during_step == DuringStep::edits )
+            Impl::copyParticles( _spare, _aosoa );
     }
     void endStep() override
     {
@@ -129,7 +172,9 @@ class Sidecar : public SidecarBase
     }
     void restore( const std::size_t n ) override
     {
-        if ( _during_step != DuringStep::changes )
+        if ( _during_step == DuringStep::edits )
+            std::swap( _aosoa, _spare );
+        else if ( _during_step != DuringStep::changes )
             resize( n, true );
         else if ( !_keeps ) // the step has ended
             std::swap( _aosoa, _spare );
@@ -137,7 +182,8 @@ class Sidecar : public SidecarBase
     }
     void save() override
     {
-        if ( _during_step == DuringStep::changes )
+        if ( _during_step == DuringStep::changes ||
+             _during_step == DuringStep::edits )
             Impl::copyParticles( _spare, _aosoa );
     }
 #ifdef MACHPOINT_ENABLE_MPI
@@ -179,9 +225,42 @@ class Sidecar : public SidecarBase
         return _keeps ? _spare : _aosoa;
     }
 
+    //! The mean by mass of the real members. (Public for nvcc.)
+    template <std::size_t... M>
+    void average( const MergedPairs& pairs, std::index_sequence<M...> )
+    {
+        ( averageMember<M>( pairs ), ... );
+    }
+    template <std::size_t M>
+    void averageMember( const MergedPairs& pairs )
+    {
+        using Type = typename Cabana::MemberTypeAtIndex<M, Members>::type;
+        using Value = std::remove_all_extents_t<Type>;
+        if constexpr ( std::is_floating_point_v<Value> )
+        {
+            const auto slice = Cabana::slice<M>( _aosoa );
+            constexpr int components = sizeof( Type ) / sizeof( Value );
+            forEach(
+                "Machpoint::averageSidecar", pairs.extent_int( 0 ),
+                MACHPOINT_LAMBDA( const int k ) {
+                    const auto [into, from, share] = pairs( k );
+                    if ( into < 0 )
+                        return;
+                    for ( int c = 0; c < components; ++c )
+                    {
+                        auto& own = Impl::component<Type>( slice, into, c );
+                        own +=
+                            share *
+                            ( Impl::component<Type>( slice, from, c ) - own );
+                    }
+                } );
+        }
+    }
+
   private:
     std::string _label;
     DuringStep _during_step;
+    WhenMerged _when_merged;
     const char* const* _names;
     bool _keeps = false;
     aosoa_type _aosoa;

@@ -485,11 +485,43 @@ class TimeLoop : public Simulation
     void withEach( const Hook hook, const Action& action )
     {
         for ( const auto& active : _scene.modules )
+            if ( active.hooks.has( hook ) )
+                call( active, hook, action );
+    }
+    //! Calls action( module ). An error of the module tells whose it is; what
+    //! one rank has met alone ends them all. \throws NumericalFailure
+    template <class Action>
+    void call( const ActiveModule<Dim>& active, const Hook hook,
+               const Action& action )
+    {
+        const Profile::Effect effect( active.name );
+        auto told = [&]( const std::exception& error )
         {
-            if ( !active.hooks.has( hook ) )
-                continue;
-            const Profile::Effect effect( active.name );
+            return fmt::format( "{} ({} in {}, step {})", error.what(),
+                                active.name, nameOf( hook ),
+                                _scene.state.step );
+        };
+        try
+        {
             action( *active.module );
+        }
+        catch ( const NumericalFailure& failure )
+        {
+            if ( !comm().allArrive() )
+                throw std::runtime_error( told( failure ) );
+            throw NumericalFailure( told( failure ) );
+        }
+        catch ( const InputError& )
+        {
+            throw; // names its place
+        }
+        catch ( const std::bad_alloc& )
+        {
+            throw;
+        }
+        catch ( const std::exception& error )
+        {
+            throw std::runtime_error( told( error ) );
         }
     }
     //! Calls their hook.
@@ -516,8 +548,9 @@ class TimeLoop : public Simulation
                 findLeavers();
                 seen = noted;
             }
-            Profile::Effect effect( active.name );
-            active.module->applyToParticles( state );
+            call( active, Hook::applyToParticles,
+                  [&]( Module<Dim>& module )
+                  { module.applyToParticles( state ); } );
         }
     }
 
@@ -542,8 +575,12 @@ class TimeLoop : public Simulation
             const auto& active = _scene.modules[k];
             if ( !active.hooks.has( Hook::limitTimeStep ) )
                 continue;
-            Profile::Effect effect( active.name );
-            found[k] = active.module->limitTimeStep( _scene.state );
+            call( active, Hook::limitTimeStep,
+                  [&]( Module<Dim>& module )
+                  { found[k] = module.limitTimeStep( _scene.state ); } );
+            // What is no limit, NaN for one, shall not get lost on the way.
+            if ( !( found[k] > 0 ) )
+                found[k] = 0;
         }
         found.push_back( _stable );
         return found;
@@ -580,6 +617,14 @@ class TimeLoop : public Simulation
         _limits.clear();
         for ( std::size_t k = 5; k < largest.size(); ++k )
             _limits.push_back( -largest[k] );
+        // The last one is the method's.
+        for ( std::size_t k = 0; k + 1 < _limits.size(); ++k )
+            if ( _limits[k] <= 0 )
+                throw NumericalFailure( fmt::format(
+                    "{} allows no time step: its limit ahead of step {}, t = "
+                    "{:.8g}, is not positive",
+                    _scene.modules[k].name, _scene.state.step,
+                    _scene.state.time ) );
     }
 
     //! \param largest of all ranks: -density, -energy, Mach number

@@ -370,12 +370,15 @@ int failAlone( const Communicator& ranks, const std::string& message,
     return endAlone( ranks, code );
 }
 
-//! The same upon a failure that all ranks have met.
+//! The same upon a failure that all ranks meet, or should. \param place where
+//! the message does not name one
 int failTogether( const Communicator& ranks, const std::string& message,
-                  const ExitCode code )
+                  const ExitCode code, const char* place = "machpoint: " )
 {
+    if ( !ranks.allArrive() )
+        return failAlone( ranks, message, code );
     if ( ranks.isRoot() )
-        fmt::print( stderr, "{}\n", message );
+        fmt::print( stderr, "{}{}\n", place, message );
     return code;
 }
 
@@ -559,20 +562,16 @@ int runCommandLine( int argc, char** argv )
     }
     catch ( const InputError& error )
     {
-        return failTogether( ranks, error.what(), wrong_input );
+        return failTogether( ranks, error.what(), wrong_input, "" );
     }
     catch ( const NumericalFailure& failure )
     {
-        return failTogether( ranks,
-                             fmt::format( "machpoint: {}", failure.what() ),
-                             numerical_failure );
+        return failTogether( ranks, failure.what(), numerical_failure );
     }
     catch ( const IoError& error )
     {
         if ( error.isOnAllRanks() )
-            return failTogether( ranks,
-                                 fmt::format( "machpoint: {}", error.what() ),
-                                 io_failure );
+            return failTogether( ranks, error.what(), io_failure );
         return failAlone( ranks, error.what(), io_failure );
     }
     catch ( const std::system_error& error )

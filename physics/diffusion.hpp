@@ -23,12 +23,12 @@ class HeatOfStep
     using Members = Cabana::MemberTypes<Real>;
 
   public:
-    //! Makes room beside the particles.
+    //! Makes room beside the particles. \param label of the memory
     template <int Dim>
-    void make( State<Dim>& state )
+    void make( State<Dim>& state, const char* label )
     {
         _heat = &state.particles.template addSidecar<Members>(
-            "Machpoint::heatOfStep", DuringStep::renews );
+            label, DuringStep::renews );
     }
     //! [particles], energy/mass
     auto slice() const { return Cabana::slice<0>( _heat->data() ); }

@@ -160,7 +160,10 @@ class HeatConduction : public Module<Dim>
         _means = makeNodeSum( "Machpoint::nodeTemperature", state, 2 );
         _flux = makeNodeSum( "Machpoint::heatFlux", state, Dim );
     }
-    void initialize( State<Dim>& state ) override { _heat.make( state ); }
+    void initialize( State<Dim>& state ) override
+    {
+        _heat.make( state, "Machpoint::conductedHeat" );
+    }
 
     Real limitTimeStep( State<Dim>& state ) override
     {

@@ -279,7 +279,10 @@ class NewtonianViscosity : public Module<Dim>
     {
         _stress = makeNodeSum( "Machpoint::viscousStress", state, Dim * Dim );
     }
-    void initialize( State<Dim>& state ) override { _heat.make( state ); }
+    void initialize( State<Dim>& state ) override
+    {
+        _heat.make( state, "Machpoint::frictionHeat" );
+    }
 
     Real limitTimeStep( State<Dim>& state ) override
     {

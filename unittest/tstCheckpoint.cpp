@@ -47,6 +47,10 @@ Json scene( const std::string& method, const int dimension, const bool is_open )
                            "quadratic" );
     input["particles"]["placement"] = "random";
     addViscosity( input );
+    input["physics"].push_back(
+        { { "type", "viscosity" }, { "shear", 1e-4 } } );
+    input["physics"].push_back(
+        { { "type", "heat_conduction" }, { "conductivity", 1e-4 } } );
     if ( method == "conservative" )
     {
         input["method"]["split_volume"] = 0.4;
@@ -289,6 +293,73 @@ TEST( Checkpoint, everyValueCounts )
     auto& mass_in = wrong.at( "ledger/mass_in" ).values;
     ++std::get<std::vector<std::int64_t>>( mass_in )[0];
     expectDifference( wrong, "ledger/mass_in" );
+}
+
+//! Counts what happens to each particle, and breaks the gas once in a while.
+template <int Dim>
+class Tally : public Module<Dim>
+{
+    using Members = Cabana::MemberTypes<Real, std::int64_t>;
+
+  public:
+    static constexpr const char* name = "tally";
+
+    static Parameters declare( const int dimension )
+    {
+        return Parameters( name, "counts steps", dimension );
+    }
+    explicit Tally( const Json& ) {}
+    void initialize( State<Dim>& state ) override
+    {
+        _counts = &state.particles.template addSidecar<Members>(
+            "test::tally", DuringStep::edits );
+    }
+    bool particleSource( State<Dim>& state ) override
+    {
+        const auto real = Cabana::slice<0>( _counts->data() );
+        const auto whole = Cabana::slice<1>( _counts->data() );
+        const auto e = state.particles.template slice<SpecificInternalEnergy>();
+        const bool breaks = state.step % 4 == 2 && !_was_rejected;
+        forEach(
+            "tally", state.particles.size(), MACHPOINT_LAMBDA( const int p ) {
+                real( p ) += 1;
+                whole( p ) += 1;
+                if ( breaks )
+                    e( p ) = -1;
+            } );
+        _was_rejected = false;
+        return true;
+    }
+    void rejectStep( State<Dim>& ) override { _was_rejected = true; }
+
+  private:
+    Sidecar<Members>* _counts = nullptr;
+    bool _was_rejected = false;
+};
+
+// A sidecar that a module edits knows nothing of steps that were taken back,
+// whether particles halve and merge, and whether the run begins anew.
+TEST( Checkpoint, editedSidecarsCountEachStepOnce )
+{
+    registerPhysics<Tally>();
+    auto input = scene( "conservative", 1, false );
+    input["physics"].push_back( { { "type", "tally" } } );
+    auto run = simulate( input );
+    advance( *run, 10 );
+    auto second = simulate( input );
+    load( *second, save( *run ) );
+    advance( *second, 33 );
+    EXPECT_GE( second->retries(), 10 );
+    const auto entries = save( *second );
+    const auto& mass = values<Real>( entries, "particles/mass" );
+    EXPECT_NE( *std::min_element( mass.begin(), mass.end() ),
+               *std::max_element( mass.begin(), mass.end() ) );
+    for ( const Real count :
+          values<Real>( entries, "particles/test::tally/0" ) )
+        EXPECT_EQ( count, 43 );
+    for ( const auto count :
+          values<std::int64_t>( entries, "particles/test::tally/1" ) )
+        EXPECT_EQ( count, 43 );
 }
 
 // A step that breaks the gas right after a restart has a state to return to.

@@ -730,11 +730,33 @@ std::vector<Real> massesAfterMerging( const Real slip, const Real pressure,
     }
     state.particles.fromHost( host );
     auto& history = state.particles.addSidecar<HistoryMembers<1>>(
-        "history", DuringStep::stays );
+        "history", DuringStep::stays, WhenMerged::stays );
+    // What a module keeps per mass: none is made, and none is lost.
+    auto& own = state.particles.addSidecar<Cabana::MemberTypes<Real[2]>>(
+        "own", DuringStep::edits );
+    const auto numbers = Cabana::slice<0>( own.data() );
+    const auto id = state.particles.slice<Id>();
+    forEach(
+        "number", state.particles.size(), MACHPOINT_LAMBDA( const int p ) {
+            numbers( p, 0 ) = 1;
+            numbers( p, 1 ) = static_cast<Real>( id( p ) % 7 );
+        } );
+    auto sumOf = [&]( const int column )
+    {
+        const auto values = Impl::copyMember<0>( own.data() );
+        const auto masses = state.particles.copyMember<Mass>();
+        Real sum = 0;
+        for ( std::size_t p = 0; p < masses.size(); ++p )
+            sum += masses[p] * values[2 * p + column];
+        return sum;
+    };
+    const Real before[2] = { sumOf( 0 ), sumOf( 1 ) };
     const Impl::HalfCellMarks marks( state.layout.box.totalCells() * 2 );
     for ( int k = 0; k < looks; ++k )
         Impl::mergeParticles( state, PressureResponse{ 1.4, 0.4, 0 }, history,
                               marks, ConservativeParts( resolved["method"] ) );
+    for ( const int column : { 0, 1 } )
+        EXPECT_NEAR( sumOf( column ) / before[column], 1, tolerance( 1e-13 ) );
     return state.particles.copyMember<Mass>();
 }
 

@@ -303,7 +303,7 @@ const std::vector<Effect>& effects()
           { { "type", "viscosity" }, { "shear", 1e-3 } },
           { "Machpoint::viscousStress", "Machpoint::viscousForce",
             "Machpoint::viscousHeat", "Machpoint::giveHeat" },
-          { "Machpoint::viscousStress", "Machpoint::heatOfStep" },
+          { "Machpoint::viscousStress", "Machpoint::frictionHeat" },
           nodeSumsAndHeat( 1, 2 ) }, // v and v', twice
         { "heat_conduction",
           "physics",
@@ -312,7 +312,7 @@ const std::vector<Effect>& effects()
             "Machpoint::heatFlux", "Machpoint::heatingOfNodes",
             "Machpoint::conductedHeatOfParticles", "Machpoint::giveHeat" },
           { "Machpoint::nodeTemperature", "Machpoint::heatFlux",
-            "Machpoint::heatOfStep" },
+            "Machpoint::conductedHeat" },
           nodeSumsAndHeat( 2, 2 ) },
         { "obstacle",
           "boundary",

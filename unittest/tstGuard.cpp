@@ -30,9 +30,11 @@ class Saboteur : public Module<Dim>
         Parameters p( name, "breaks the gas", dimension );
         p.integer( "step", "in which" );
         p.number( "above", "time steps longer than this" ).defaultsTo( 0 );
-        p.choice(
-            "fault", { "nan", "negative", "volume", "far", "end", "stop" },
-            "how; end: it is for the module to say so; stop: by no step" );
+        p.choice( "fault",
+                  { "nan", "negative", "volume", "far", "mass", "end", "stop",
+                    "limit" },
+                  "how; end: it is for the module to say so; stop: by no step; "
+                  "limit: by one that is no number" );
         p.boolean( "early", "before the step has ended" ).defaultsTo( false );
         p.boolean( "late", "after the step's check" ).defaultsTo( false );
         return p;
@@ -65,8 +67,10 @@ class Saboteur : public Module<Dim>
     }
     Real limitTimeStep( State<Dim>& state ) override
     {
-        return _fault == "stop" && state.step == _step
-                   ? 1e-30_rt
+        const bool acts = state.step == _step;
+        return acts && _fault == "stop" ? 1e-30_rt
+               : acts && _fault == "limit"
+                   ? std::numeric_limits<Real>::quiet_NaN()
                    : Kokkos::Experimental::infinity_v<Real>;
     }
     //! What is late also removes a particle, so that others change their rows.
@@ -95,6 +99,7 @@ class Saboteur : public Module<Dim>
             return;
         if ( _fault == "end" )
             throw NumericalFailure( "it is over" );
+        const auto m = state.particles.template slice<Mass>();
         const auto id = state.particles.template slice<Id>();
         const auto x = state.particles.template slice<Position>();
         const auto V = state.particles.template slice<Volume>();
@@ -103,7 +108,9 @@ class Saboteur : public Module<Dim>
         const int fault = _fault == "nan"        ? 0
                           : _fault == "negative" ? 1
                           : _fault == "volume"   ? 2
-                                                 : 3;
+                          : _fault == "far"      ? 3
+                          : _fault == "mass"     ? 4
+                                                 : 5;
         const Real h = state.grid.minSpacing();
         Kokkos::parallel_for(
             "sabotage", Range( 0, state.particles.size() ),
@@ -118,6 +125,8 @@ class Saboteur : public Module<Dim>
                     V( p ) = 0;
                 if ( fault == 3 )
                     x( p, 0 ) += 1.5 * h;
+                if ( fault == 4 )
+                    m( p ) = nan;
             } );
     }
 
@@ -297,26 +306,37 @@ TEST( Guard, aModuleThatEndsTheRunTakesItsStepBack )
         }
 }
 
-// A step so short that the run would not end does end it, and names its cause.
-TEST( Guard, endsWhereTheStepVanishes )
+// What ends a run names its cause: a step so short that it would not end, a
+// limit that is no number, a particle without a mass, a module that says so.
+TEST( Guard, aRunThatEndsNamesItsCause )
 {
-    auto run = simulate( sabotaged( "apic", { { "fault", "stop" } } ) );
-    advance( *run, 20 );
-    const double time = run->time();
-    std::string text;
-    try
+    const std::vector<std::pair<std::string, std::vector<std::string>>> cases =
+        { { "stop",
+            { "the time step fell to 1e-30 at step 20", "limited by saboteur",
+              "look for" } },
+          { "limit", { "saboteur allows no time step", "step 20" } },
+          { "mass",
+            { "particle 7 at", "no positive, finite mass", "step 20" } },
+          { "end", { "it is over (saboteur in particleSource, step 20)" } } };
+    for ( const auto& [fault, parts] : cases )
     {
-        run->step( 1 );
+        auto run = simulate( sabotaged( "apic", { { "fault", fault } } ) );
+        advance( *run, 20 );
+        const double time = run->time();
+        std::string text;
+        try
+        {
+            run->step( 1 );
+        }
+        catch ( const NumericalFailure& failure )
+        {
+            text = failure.what();
+        }
+        for ( const auto& part : parts )
+            EXPECT_NE( text.find( part ), std::string::npos ) << text;
+        EXPECT_EQ( run->time(), time );
+        EXPECT_EQ( run->steps(), 20 );
     }
-    catch ( const NumericalFailure& failure )
-    {
-        text = failure.what();
-    }
-    for ( const std::string part : { "the time step fell to 1e-30 at step 20",
-                                     "limited by saboteur", "look for" } )
-        EXPECT_NE( text.find( part ), std::string::npos ) << text;
-    EXPECT_EQ( run->time(), time );
-    EXPECT_EQ( run->steps(), 20 );
 }
 
 // What an output leaves of two steps is parted evenly: no step is of round-off,

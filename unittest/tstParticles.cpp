@@ -321,6 +321,16 @@ TEST( Particles, restoringGivesBackMassesAndIds )
     }
 }
 
+// A checkpoint tells sidecars by their labels.
+TEST( Particles, noTwoSidecarsHaveOneLabel )
+{
+    Particles<1> particles;
+    particles.addSidecar<Label>( "one", DuringStep::stays );
+    particles.addSidecar<Label>( "two", DuringStep::stays );
+    EXPECT_THROW( particles.addSidecar<Label>( "one", DuringStep::renews ),
+                  std::logic_error );
+}
+
 // So do what kernels have written beside the old state, whether the step that
 // is taken back has ended or not, and what it was to change with it.
 TEST( Particles, restoringGivesBackTheOldState )

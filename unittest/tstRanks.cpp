@@ -564,6 +564,16 @@ TEST( Balance, boxesFollowTheParticles )
 }
 
 // Sums are the same on all ranks and in the order of the ranks.
+// A rank that fails alone must not wait for ever.
+TEST( Communicator, noticesWhoDoesNotArrive )
+{
+    const Communicator comm;
+    EXPECT_TRUE( comm.allArrive( 60 ) );
+    EXPECT_TRUE( comm.allArrive( 60 ) );
+    if ( comm.isRoot() )
+        EXPECT_EQ( comm.allArrive( 0.2 ), comm.size() == 1 );
+}
+
 TEST( Communicator, reductions )
 {
     const Communicator comm;

@@ -302,6 +302,8 @@ void mergeParticles( State<Dim>& state, const PressureResponse& response,
     IndexList ordered( "Machpoint::orderedParticles", small );
     RowList& merged = state.noted;
     merged.clear( n );
+    const MergedPairs made( "Machpoint::mergedPairs",
+                            state.particles.averageOnMerging() ? small : 0 );
     forEach(
         "Machpoint::mergeParticles", small,
         MACHPOINT_LAMBDA( const int begin ) {
@@ -335,9 +337,12 @@ void mergeParticles( State<Dim>& state, const PressureResponse& response,
                     continue;
                 pairs.merge( p, q );
                 merged.note( q );
+                if ( made.extent( 0 ) > 0 )
+                    made( i ) = { p, q, pairs.m( q ) / pairs.m( p ) };
             }
         },
         few_particles );
+    state.particles.merge( made );
     const auto id = pairs.id;
     state.particles.remove( merged.rows(
         n, MACHPOINT_LAMBDA( const int p ) { return id( p ) < 0; } ) );
