@@ -5,6 +5,7 @@
 #include <core/parameters.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -18,20 +19,6 @@
 namespace Machpoint
 {
 
-namespace
-{
-
-std::string join( const std::vector<std::string>& words,
-                  const std::string& separator )
-{
-    std::string result;
-    for ( std::size_t i = 0; i < words.size(); ++i )
-        result.append( i == 0 ? "" : separator ).append( words[i] );
-    return result;
-}
-
-} // namespace
-
 void setKeys( Json& object, const Json& keys )
 {
     for ( const auto& item : keys.items() )
@@ -42,7 +29,7 @@ void setKeys( Json& object, const Json& keys )
 // Declaring.
 
 InputError::InputError( std::vector<std::string> messages )
-    : std::runtime_error( join( messages, "\n" ) ),
+    : std::runtime_error( fmt::format( "{}", fmt::join( messages, "\n" ) ) ),
       _messages( std::move( messages ) )
 {
 }
@@ -259,8 +246,9 @@ std::string pointerStep( const std::string& key )
 
 std::string quoted( const std::vector<std::string>& words )
 {
-    return words.empty() ? ""
-                         : fmt::format( "\"{}\"", join( words, "\", \"" ) );
+    return words.empty()
+               ? ""
+               : fmt::format( "\"{}\"", fmt::join( words, "\", \"" ) );
 }
 
 std::string counted( std::size_t count, const std::string& one,
@@ -344,7 +332,7 @@ std::string range( const Parameter& key )
     add( ">=", key.minimum );
     add( "<", key.less_than );
     add( "<=", key.maximum );
-    return join( bounds, " and " );
+    return fmt::format( "{}", fmt::join( bounds, " and " ) );
 }
 
 std::vector<std::string> namesOf( const std::vector<Parameters>& members )
@@ -1022,12 +1010,12 @@ std::string allowed( const Parameter& key, int dimension )
     switch ( key.kind )
     {
     case Kind::Choice:
-        return join( key.options, ", " );
+        return fmt::format( "{}", fmt::join( key.options, ", " ) );
     case Kind::OneOf:
     case Kind::ListOf:
         return fmt::format(
             "{}: {}", key.family.name,
-            join( namesOf( key.family.members( dimension ) ), ", " ) );
+            fmt::join( namesOf( key.family.members( dimension ) ), ", " ) );
     default:
         return range( key );
     }
