@@ -1,10 +1,9 @@
 /*!
   \file exact.cpp
-  \brief Exact solutions: Riemann problem, simple wave, vortex, Noh's and
-  Sedov's problems,
-  uniform flow, hydrostatic column, piston.
+  \brief The exact solutions that an input names.
 */
 #include <core/exact.hpp>
+#include <core/exact_input.hpp>
 #include <core/sedov.hpp>
 
 #include <fmt/format.h>
@@ -12,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -20,483 +18,10 @@
 namespace Machpoint
 {
 
-//---------------------------------------------------------------------------//
-// Riemann problem
-//---------------------------------------------------------------------------//
-namespace
-{
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-//! Refuses what no stiffened gas can be; pressure is the shifted one.
-void requireGas( const GasState& gas, const std::string& side )
-{
-    const bool is_finite =
-        std::isfinite( gas.density ) && std::isfinite( gas.pressure ) &&
-        std::all_of( &gas.velocity[0], &gas.velocity[0] + 3,
-                     []( double v ) { return std::isfinite( v ); } );
-    if ( !is_finite )
-        throw std::invalid_argument( side + " state is not finite" );
-    if ( gas.density < 0 )
-        throw std::invalid_argument( side + " density is negative" );
-    if ( gas.density > 0 && gas.pressure < 0 )
-        throw std::invalid_argument( side +
-                                     " pressure is below that of a cold gas" );
-}
-} // namespace
-
-RiemannSolution::RiemannSolution( GasState left, GasState right, double gamma,
-                                  double pressure_offset )
-    : _gamma( gamma ), _offset( pressure_offset )
-{
-    if ( !( gamma > 1 ) || !std::isfinite( gamma ) )
-        throw std::invalid_argument( "gamma must be finite and > 1" );
-    if ( !( pressure_offset >= 0 ) || !std::isfinite( pressure_offset ) )
-        throw std::invalid_argument( "pressure offset must be finite, >= 0" );
-    left.pressure += _offset;
-    right.pressure += _offset;
-    requireGas( left, "left" );
-    requireGas( right, "right" );
-    if ( left.density == 0 && right.density == 0 )
-        throw std::invalid_argument( "both states are vacuum" );
-
-    _left = makeSide( left, 1 );
-    _right = makeSide( right, -1 );
-
-    // Each gas can expand up to its escape velocity; where these leave a gap
-    // there is vacuum (Toro 2009, section 4.6).
-    const double escape = 2 / ( _gamma - 1 );
-    _left.star_velocity = left.density > 0
-                              ? _left.velocity + escape * _left.sound_speed
-                              : -infinity;
-    _right.star_velocity = right.density > 0
-                               ? _right.velocity + escape * _right.sound_speed
-                               : -infinity;
-    // In the mirrored frame the right front stands at minus its velocity.
-    const double gap = -_right.star_velocity - _left.star_velocity;
-    _has_vacuum = gap > 0;
-    if ( gap >= 0 )
-    {
-        _star_pressure = 0;
-        if ( left.density == 0 )
-            _star_velocity = -_right.star_velocity;
-        else if ( right.density == 0 )
-            _star_velocity = _left.star_velocity;
-        else
-            _star_velocity =
-                0.5 * ( _left.star_velocity - _right.star_velocity );
-    }
-    else
-    {
-        _star_pressure = solvePressure();
-        _star_velocity = 0.5 * ( _left.velocity - _right.velocity +
-                                 jump( _right, _star_pressure ) -
-                                 jump( _left, _star_pressure ) );
-        _left.star_velocity = _star_velocity;
-        _right.star_velocity = -_star_velocity;
-    }
-    closeSide( _left );
-    closeSide( _right );
-}
-
-RiemannSolution::Side RiemannSolution::makeSide( const GasState& gas,
-                                                 double sign ) const
-{
-    Side side = {};
-    side.gas = gas;
-    side.velocity = sign * gas.velocity[0];
-    // A vacuum has neither pressure nor a sound speed.
-    side.sound_speed =
-        gas.density > 0 ? std::sqrt( _gamma * gas.pressure / gas.density ) : 0;
-    return side;
-}
-
-//! How much a wave to the given pressure slows the gas down: through a shock
-//! or a fan (Toro 2009, eq. 4.6 and 4.7).
-double RiemannSolution::jump( const Side& side, double pressure ) const
-{
-    const double p = side.gas.pressure;
-    if ( pressure > p )
-        return ( pressure - p ) *
-               std::sqrt( 2 / ( side.gas.density * ( ( _gamma + 1 ) * pressure +
-                                                     ( _gamma - 1 ) * p ) ) );
-    if ( p == 0 )
-        return 0;
-    // expm1 keeps its accuracy where the wave is weak.
-    return 2 * side.sound_speed / ( _gamma - 1 ) *
-           std::expm1( ( _gamma - 1 ) / ( 2 * _gamma ) *
-                       std::log( pressure / p ) );
-}
-
-double RiemannSolution::jumpDerivative( const Side& side,
-                                        double pressure ) const
-{
-    const double p = side.gas.pressure;
-    if ( pressure > p )
-    {
-        const double sum = ( _gamma + 1 ) * pressure + ( _gamma - 1 ) * p;
-        return std::sqrt( 2 / ( side.gas.density * sum ) ) *
-               ( 1 - 0.5 * ( _gamma + 1 ) * ( pressure - p ) / sum );
-    }
-    return std::pow( pressure / p, -( _gamma + 1 ) / ( 2 * _gamma ) ) /
-           ( side.gas.density * side.sound_speed );
-}
-
-//! The shifted pressure at which both waves lead to the same velocity. There
-//! is one, because the caller has ruled vacuum out.
-double RiemannSolution::solvePressure() const
-{
-    const double approach = _left.velocity + _right.velocity;
-    const auto excess = [&]( double p )
-    { return jump( _left, p ) + jump( _right, p ) - approach; };
-
-    const double pl = _left.gas.pressure, pr = _right.gas.pressure;
-    const double lowest = std::min( pl, pr );
-    if ( lowest > 0 && excess( lowest ) >= 0 )
-    {
-        // Two fans, which have a closed solution (Toro 2009, eq. 4.46).
-        const double z = ( _gamma - 1 ) / ( 2 * _gamma );
-        const double sum = _left.sound_speed + _right.sound_speed +
-                           0.5 * ( _gamma - 1 ) * approach;
-        return pl *
-               std::pow( sum / ( _left.sound_speed +
-                                 _right.sound_speed * std::pow( pl / pr, z ) ),
-                         1 / z );
-    }
-
-    // Otherwise Newton from a pressure that is too low: the excess increases
-    // and is concave, so that no step goes too far and every one goes up.
-    double p = lowest;
-    if ( !( p > 0 ) )
-    {
-        p = std::max( pl, pr ) +
-            std::max( _left.gas.density, _right.gas.density ) * approach *
-                approach;
-        while ( excess( p ) > 0 )
-            p *= 1e-3;
-    }
-    // Ends where round-off stops the ascent; the count only guards it.
-    for ( int i = 0; i < 200; ++i )
-    {
-        const double slope =
-            jumpDerivative( _left, p ) + jumpDerivative( _right, p );
-        const double next = p - excess( p ) / slope;
-        if ( !( next > p ) )
-            break;
-        p = next;
-    }
-    return p;
-}
-
-//! Density behind the wave and its speeds, from pressure and velocity there
-//! (Toro 2009, section 4.4).
-void RiemannSolution::closeSide( Side& side ) const
-{
-    const double p = side.gas.pressure;
-    side.star_density = side.gas.density;
-    side.head = side.tail = side.velocity - side.sound_speed;
-    if ( side.gas.density == 0 )
-    {
-        side.head = side.tail = side.star_velocity;
-    }
-    else if ( _star_pressure > p )
-    {
-        const double up = _gamma + 1, down = _gamma - 1;
-        side.star_density *= ( up * _star_pressure + down * p ) /
-                             ( down * _star_pressure + up * p );
-        const double mass_flux = std::sqrt(
-            0.5 * side.gas.density * ( up * _star_pressure + down * p ) );
-        side.head = side.tail = side.velocity - mass_flux / side.gas.density;
-    }
-    else if ( _star_pressure < p )
-    {
-        const double ratio = _star_pressure / p;
-        side.star_density *= std::pow( ratio, 1 / _gamma );
-        side.tail = side.star_velocity -
-                    side.sound_speed *
-                        std::pow( ratio, ( _gamma - 1 ) / ( 2 * _gamma ) );
-    }
-}
-
-//! The state on a ray that lies on the gas' side of the contact; speed and the
-//! side are seen with that side on the left, sign leads back.
-GasState RiemannSolution::sampleSide( const Side& side, double speed,
-                                      double sign ) const
-{
-    GasState result = side.gas;
-    if ( speed >= side.tail )
-    {
-        result.density = side.star_density;
-        result.velocity[0] = sign * side.star_velocity;
-        result.pressure = _star_pressure;
-    }
-    else if ( speed > side.head )
-    {
-        // Inside the fan (Toro 2009, eq. 4.56).
-        const double c = side.sound_speed;
-        // Rounding may take it below that of a vacuum, 0.
-        const double ratio = std::max(
-            0.0, ( 2 + ( _gamma - 1 ) * ( side.velocity - speed ) / c ) /
-                     ( _gamma + 1 ) );
-        result.density *= std::pow( ratio, 2 / ( _gamma - 1 ) );
-        result.velocity[0] = sign * ( speed + ratio * c );
-        result.pressure *= std::pow( ratio, 2 * _gamma / ( _gamma - 1 ) );
-    }
-    result.pressure -= _offset;
-    return result;
-}
-
-GasState RiemannSolution::sample( double x_over_t ) const
-{
-    if ( x_over_t <= _left.star_velocity )
-        return sampleSide( _left, x_over_t, 1 );
-    // Without vacuum both star velocities are the contact's.
-    if ( x_over_t >= -_right.star_velocity )
-        return sampleSide( _right, -x_over_t, -1 );
-    return { 0, { x_over_t, 0, 0 }, -_offset };
-}
-
-std::array<double, 5> RiemannSolution::waveSpeeds() const
-{
-    std::array<double, 5> speeds = { _left.head, _left.tail, _star_velocity,
-                                     -_right.tail, -_right.head };
-    if ( _left.gas.density == 0 )
-        speeds[0] = speeds[1] = _star_velocity;
-    if ( _right.gas.density == 0 )
-        speeds[3] = speeds[4] = _star_velocity;
-    return speeds;
-}
-
-//---------------------------------------------------------------------------//
-// Smooth waves, vortex, implosion
-//---------------------------------------------------------------------------//
-namespace
-{
-//! The gas that has c / c0 times the sound speed at the same entropy.
-GasState atSoundSpeed( const GasState& gas, double ratio, const GasLaw& law )
-{
-    const double exponent = 2 / ( law.gamma - 1 );
-    const double offset = law.pressure_offset;
-    return { gas.density * std::pow( ratio, exponent ), gas.velocity,
-             ( gas.pressure + offset ) *
-                     std::pow( ratio, law.gamma * exponent ) -
-                 offset };
-}
-} // namespace
-
-AcousticWave::AcousticWave( const GasState& background,
-                            const Vector3& direction, double position,
-                            double amplitude, double wavelength,
-                            const GasLaw& law )
-    : _background( background ), _direction( direction ), _position( position ),
-      _amplitude( amplitude ),
-      _wave_number( 2 * std::numbers::pi / wavelength ), _law( law ),
-      _sound_speed(
-          std::sqrt( law.gamma * ( background.pressure + law.pressure_offset ) /
-                     background.density ) )
-{
-    if ( !( amplitude >= 0 && amplitude * ( law.gamma - 1 ) < 2 ) )
-        throw std::invalid_argument( "the amplitude of acoustic_wave must be "
-                                     ">= 0 and < 2 / (gamma - 1), where the "
-                                     "gas turns to vacuum" );
-}
-
-GasState AcousticWave::state( const Vector3& x, double t ) const
-{
-    // Seen from the background, a value that left s travels with
-    // c0 + (gamma + 1) / 2 v( s ); s + speed( s ) t = target has one root.
-    const double growth = 0.5 * ( _law.gamma + 1 ) * _amplitude * _sound_speed;
-    const double target = dot<3>( _direction, x ) - _position -
-                          dot<3>( _direction, _background.velocity ) * t -
-                          _sound_speed * t;
-    double low = target - growth * t, high = target + growth * t;
-    double s = target;
-    // Newton, halving the bracket where it would leave it; quadratic at the
-    // end, so that the count only guards against the breaking time.
-    for ( int i = 0; i < 100; ++i )
-    {
-        const double excess =
-            s + growth * t * std::sin( _wave_number * s ) - target;
-        ( excess > 0 ? high : low ) = s;
-        const double slope =
-            1 + growth * t * _wave_number * std::cos( _wave_number * s );
-        double next = s - excess / slope;
-        if ( !( next > low && next < high ) )
-            next = 0.5 * ( low + high );
-        if ( std::abs( next - s ) <= 1e-16 * ( 1 / _wave_number ) )
-            break;
-        s = next;
-    }
-    const double mach = _amplitude * std::sin( _wave_number * s );
-    GasState gas =
-        atSoundSpeed( _background, 1 + 0.5 * ( _law.gamma - 1 ) * mach, _law );
-    for ( int d = 0; d < 3; ++d )
-        gas.velocity[d] += mach * _sound_speed * _direction[d];
-    return gas;
-}
-
-double AcousticWave::initialSlope( const Vector3& x ) const
-{
-    const double s = dot<3>( _direction, x ) - _position;
-    return _amplitude * _sound_speed * _wave_number *
-           std::cos( _wave_number * s );
-}
-
-double AcousticWave::breakingTime() const
-{
-    return 2 /
-           ( ( _law.gamma + 1 ) * _amplitude * _sound_speed * _wave_number );
-}
-
-IsentropicVortex::IsentropicVortex( const GasState& stream,
-                                    const Vector3& center, double strength,
-                                    double radius, const GasLaw& law )
-    : _stream( stream ), _center( center ), _strength( strength ),
-      _radius( radius ), _law( law )
-{
-    if ( !( stateAt( { 0, 0, 0 } ).density > 0 ) )
-        throw std::invalid_argument(
-            "the isentropic_vortex would be hollow: lower its strength or "
-            "raise the pressure" );
-}
-
-GasState IsentropicVortex::stateAt( const Vector3& offset ) const
-{
-    const double x = offset[0] / _radius, y = offset[1] / _radius;
-    const double swirl = _strength / ( 2 * std::numbers::pi ) *
-                         std::exp( 0.5 * ( 1 - x * x - y * y ) );
-    const double square = _law.gamma *
-                          ( _stream.pressure + _law.pressure_offset ) /
-                          _stream.density;
-    // c^2 falls by (gamma - 1) / 2 swirl^2.
-    const double ratio = 1 - 0.5 * ( _law.gamma - 1 ) * swirl * swirl / square;
-    GasState gas =
-        atSoundSpeed( _stream, std::sqrt( std::max( ratio, 0.0 ) ), _law );
-    gas.velocity[0] -= swirl * y;
-    gas.velocity[1] += swirl * x;
-    return gas;
-}
-
-std::array<std::array<double, 2>, 2>
-IsentropicVortex::gradientAt( const Vector3& offset ) const
-{
-    const double x = offset[0] / _radius, y = offset[1] / _radius;
-    const double rate = _strength / ( 2 * std::numbers::pi * _radius ) *
-                        std::exp( 0.5 * ( 1 - x * x - y * y ) );
-    return { { { rate * x * y, rate * ( y * y - 1 ) },
-               { rate * ( 1 - x * x ), -rate * x * y } } };
-}
-
-NohSolution::NohSolution( int dimension, const Vector3& center, double density,
-                          double speed, double pressure, double gamma )
-    : _dimension( dimension ), _center( center ), _density( density ),
-      _speed( speed ), _pressure( pressure ), _gamma( gamma )
-{
-}
-
-std::pair<Vector3, double> NohSolution::radial( const Vector3& x ) const
-{
-    Vector3 n = { 0, 0, 0 };
-    for ( int d = 0; d < _dimension; ++d )
-        n[d] = x[d] - _center[d];
-    const double r = std::hypot( n[0], n[1], n[2] );
-    if ( r > 0 )
-        for ( int d = 0; d < 3; ++d )
-            n[d] /= r;
-    return { n, r };
-}
-
-GasState NohSolution::state( const Vector3& x, double t ) const
-{
-    const auto [n, r] = radial( x );
-    if ( t > 0 && r < 0.5 * ( _gamma - 1 ) * _speed * t )
-    {
-        const double density =
-            _density * std::pow( ( _gamma + 1 ) / ( _gamma - 1 ), _dimension );
-        return { density,
-                 { 0, 0, 0 },
-                 0.5 * ( _gamma - 1 ) * density * _speed * _speed };
-    }
-    const double ratio =
-        t > 0 ? std::pow( 1 + _speed * t / r, _dimension - 1 ) : 1;
-    return { _density * ratio,
-             { -_speed * n[0], -_speed * n[1], -_speed * n[2] },
-             _pressure * std::pow( ratio, _gamma ) };
-}
-
-//---------------------------------------------------------------------------//
-// Solutions by name
-//---------------------------------------------------------------------------//
 ExactSolution::~ExactSolution() = default;
 
-Vector3 periodsOf( const Json& input )
-{
-    Vector3 periods{};
-    for ( const Json& entry : input.at( "boundary" ) )
-        if ( entry.at( "type" ) == "periodic" )
-        {
-            const int axis =
-                entry.at( "side" ).get<std::string>().at( 0 ) - 'x';
-            const Json& grid = input.at( "grid" );
-            periods[axis] = grid.at( "upper" ).at( axis ).get<double>() -
-                            grid.at( "lower" ).at( axis ).get<double>();
-        }
-    return periods;
-}
-
-Vector3 toNearestImage( Vector3 offset, const Vector3& periods )
-{
-    for ( int d = 0; d < 3; ++d )
-        if ( periods[d] > 0 )
-            offset[d] = std::remainder( offset[d], periods[d] );
-    return offset;
-}
-
-std::optional<GasLaw> findGasLaw( const Json& input )
-{
-    for ( const Json& effect : input.at( "physics" ) )
-    {
-        if ( effect.at( "type" ) == "ideal_gas" )
-            return GasLaw{ effect.at( "gamma" ).get<double>(), 0 };
-        if ( effect.at( "type" ) == "stiffened_gas" )
-            return GasLaw{ effect.at( "gamma" ).get<double>(),
-                           effect.at( "reference_pressure" ).get<double>() };
-    }
-    return {};
-}
-
-GasLaw gasLaw( const Json& input )
-{
-    if ( const auto law = findGasLaw( input ) )
-        return *law;
-    throw std::invalid_argument( "needs an entry of type \"ideal_gas\" or "
-                                 "\"stiffened_gas\" in /physics" );
-}
-
 namespace
 {
-Vector3 axisVector( const Json& axis )
-{
-    Vector3 result = { 0, 0, 0 };
-    result[axis.get<std::string>().at( 0 ) - 'x'] = 1;
-    return result;
-}
-
-//! Unit vector of the keys `normal`, or else `axis`.
-Vector3 unitNormal( const Json& initial )
-{
-    if ( !initial.contains( "normal" ) )
-        return axisVector( initial.at( "axis" ) );
-    Vector3 normal = toVector3( initial.at( "normal" ) );
-    const double length = std::hypot( normal[0], normal[1], normal[2] );
-    if ( !( length > 0 ) )
-        throw std::invalid_argument( "/exact: the normal of the " +
-                                     initial.at( "type" ).get<std::string>() +
-                                     " entry in /initial is zero" );
-    for ( int d = 0; d < 3; ++d )
-        normal[d] /= length;
-    return normal;
-}
-
 //! The entry of /initial of a type that lies on top: the last that fills the
 //! domain, or else the last.
 const Json& topOfType( const Json& input, const std::string& type )
@@ -531,6 +56,13 @@ GasState reflect( GasState gas, const Vector3& normal )
     return gas;
 }
 
+//! x / t. At the start every point lies infinitely many speeds away.
+double raySpeed( double x, double t )
+{
+    const double infinity = std::numeric_limits<double>::infinity();
+    return t > 0 ? x / t : ( x < 0 ? -infinity : infinity );
+}
+
 //! Two uniform states that meet at a plane.
 class RiemannExact : public ExactSolution
 {
@@ -547,10 +79,7 @@ class RiemannExact : public ExactSolution
     GasState state( const Vector3& x, double t ) const override
     {
         const double distance = dot<3>( _normal, x ) - _position;
-        // At the start every point lies infinitely many speeds away.
-        const double speed =
-            t > 0 ? distance / t : ( distance < 0 ? -infinity : infinity );
-        return reflect( _solution.sample( speed ), _normal );
+        return reflect( _solution.sample( raySpeed( distance, t ) ), _normal );
     }
 
   private:
@@ -628,13 +157,8 @@ class PistonExact : public ExactSolution
     GasState state( const Vector3& x, double t ) const override
     {
         const double distance = dot<3>( _axis, x ) - _position;
-        double speed = infinity;
-        if ( t > 0 )
-            speed = distance / t;
-        else if ( distance < 0 )
-            speed = -infinity;
-        return reflect( _solution.sample( std::max( speed, _velocity ) ),
-                        _axis );
+        const double speed = std::max( raySpeed( distance, t ), _velocity );
+        return reflect( _solution.sample( speed ), _axis );
     }
 
   private:
@@ -834,56 +358,6 @@ class ViscousShockExact : public ExactSolution
     ViscousShock _shock;
 };
 } // namespace
-
-AcousticWave makeAcousticWave( const Json& initial, const GasLaw& law )
-{
-    return { toGasState( initial ),      unitNormal( initial ),
-             initial.at( "position" ),   initial.at( "amplitude" ),
-             initial.at( "wavelength" ), law };
-}
-
-IsentropicVortex makeIsentropicVortex( const Json& initial, const GasLaw& law )
-{
-    return { toGasState( initial ), toVector3( initial.at( "center" ) ),
-             initial.at( "strength" ), initial.at( "radius" ), law };
-}
-
-NohSolution makeNoh( const Json& initial, const GasLaw& law )
-{
-    const Json& center = initial.at( "center" );
-    return { static_cast<int>( center.size() ), toVector3( center ),
-             initial.at( "density" ),           initial.at( "speed" ),
-             initial.at( "pressure" ),          law.gamma };
-}
-
-ViscousShock makeViscousShock( const Json& initial, const Json& resolved_input )
-{
-    const GasLaw law = gasLaw( resolved_input );
-    double viscosity = 0, conductivity = 0;
-    for ( const Json& effect : resolved_input.at( "physics" ) )
-        if ( effect.at( "type" ) == "viscosity" )
-            viscosity += 4 * effect.at( "shear" ).get<double>() / 3 +
-                         effect.at( "bulk" ).get<double>();
-        else if ( effect.at( "type" ) == "heat_conduction" )
-            conductivity += effect.at( "conductivity" ).get<double>();
-    if ( !( viscosity > 0 ) )
-        throw std::invalid_argument(
-            "/physics: a viscous_shock needs an effect of the type viscosity" );
-    const double due = law.gamma * viscosity;
-    if ( std::abs( conductivity - due ) > 1e-6 * due )
-        throw std::invalid_argument( fmt::format(
-            "/physics: a viscous_shock needs heat_conduction with a "
-            "conductivity of gamma (4/3 shear + bulk) = {:.8g}, and here it is "
-            "{:g}",
-            due, conductivity ) );
-    return { toGasState( initial ),
-             unitNormal( initial ),
-             initial.at( "position" ),
-             initial.at( "mach" ),
-             viscosity,
-             law.gamma,
-             law.pressure_offset };
-}
 
 std::unique_ptr<ExactSolution> makeExact( const Json& resolved_input )
 {
