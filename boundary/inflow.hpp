@@ -84,13 +84,19 @@ class Inflow : public SideBoundary<Dim>
     {
         const auto part = this->_part;
         const auto grid = state.grid;
-        const Real width = _buffer * grid.spacing[part.axis()];
+        const Real width = bufferWidth( grid );
         _nodes = listNodes(
             "Machpoint::inflowNodes", state.layout,
             MACHPOINT_LAMBDA( const Vector<Dim>& x ) {
                 return part.depth( grid, x ) < width &&
                        part.contains( grid, x );
             } );
+    }
+
+    //! Nodes that stand where it ends are in it. length
+    Real bufferWidth( const Grid<Dim>& grid ) const
+    {
+        return ( _buffer + nudge ) * grid.spacing[this->_part.axis()];
     }
 
     //! What enters must not go further than the gas that is there. (A hair
@@ -282,7 +288,7 @@ class Inflow : public SideBoundary<Dim>
         const auto part = this->_part;
         const auto grid = state.grid;
         const auto stream = _stream;
-        const Real width = _buffer * grid.spacing[part.axis()];
+        const Real width = bufferWidth( grid );
         const int n = state.particles.size();
         forEachPack(
             "Machpoint::imposeStream", n,

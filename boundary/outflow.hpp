@@ -54,11 +54,10 @@ void markBeyond( State<Dim>& state, const SidePart<Dim>& part )
   where this recedes faster than it can expand, 2 c / (gamma - 1).
 
   With a `pressure` the gas beyond is known. What leaves slower than sound, u
-  outwards, then goes over to the velocity that the two characteristics of the
-  side allow, u' = u_far + (p - p_far) / (rho c) from 0 to c, within the time
-  that sound takes through a cell: the wave that leaves finds what it would find
-  beyond, and the one that enters is that of the far gas (Thompson 1987, J.
-  Comput. Phys. 68, 1).
+  outwards, then goes over to the velocity with which the wave that enters is
+  that of the far gas, u' = u_far + (p - p_far) / (rho c) from 0 to c, within
+  the time that sound takes through a cell (Thompson 1987, J. Comput. Phys. 68,
+  1).
 */
 template <int Dim>
 class Outflow : public SideBoundary<Dim>

@@ -100,7 +100,7 @@ class UniformExact : public ExactSolution
     GasState _gas;
 };
 
-//! An isothermal column at rest: dp/dx = rho g with p / rho constant.
+//! A column at rest: dp/dx = rho g with p / rho constant.
 class HydrostaticExact : public ExactSolution
 {
   public:
@@ -415,8 +415,7 @@ Family exactFamily()
             dimension );
         solutions.emplace_back(
             "uniform", "the uniform state of /initial, for ever", dimension );
-        solutions.emplace_back( "hydrostatic",
-                                "the isothermal column of /initial at rest",
+        solutions.emplace_back( "hydrostatic", "the column of /initial at rest",
                                 dimension );
 
         Parameters piston( "piston_shock",

@@ -285,7 +285,7 @@ class ExactSolution
 
   - `riemann`: the first `riemann` of `initial`, in the gas of `physics`;
   - `uniform`: the first `uniform` of `initial`, everywhere and for ever;
-  - `hydrostatic`: the first `hydrostatic` of `initial`, an isothermal column;
+  - `hydrostatic`: the first `hydrostatic` of `initial`, a column at rest;
   - `piston_shock`: the first `uniform` of `initial`, into which a piston moves
     with constant velocity;
   - `acoustic_wave`: the first `acoustic_wave` of `initial`, while it is smooth;

@@ -34,7 +34,9 @@ enum class Parity : int
 {
     scalar,   //!< not at all
     velocity, //!< component of a velocity or momentum
-    force     //!< component of a force: the gradient of a mirrored scalar
+    force,    //!< component of a force that particles add with their momentum
+    //! Component of a gradient of a scalar that is mirrored by any wall.
+    gradient
 };
 
 //! A component of a node field: what it is, along which axis, and where. A
@@ -54,7 +56,7 @@ KOKKOS_INLINE_FUNCTION Real imageSign( const SideKind kind,
 {
     if ( component.parity == Parity::scalar || kind == SideKind::periodic )
         return 1;
-    if ( kind == SideKind::no_slip )
+    if ( kind == SideKind::no_slip && component.parity != Parity::gradient )
         return -1;
     const bool normal = component.axis == axis;
     // Beyond an open side the same gas goes on, so its pressure balances.

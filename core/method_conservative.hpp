@@ -97,6 +97,7 @@ struct Conservative : MethodDefaults
         Storage( State<Dim>& state, const Json& input )
             : parts( input.at( "method" ) )
         {
+            state.weight_parity = Parity::gradient; // of pressures on faces
             state.rates = &state.particles.template addSidecar<RateMembers>(
                 "Machpoint::rates", DuringStep::renews );
             state.flow = &state.particles.template addSidecar<FlowMembers>(

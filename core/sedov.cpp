@@ -103,8 +103,10 @@ SedovSolution::Radial SedovSolution::inside( double r, double t ) const
     const double shock = shockRadius( t );
     const double speed = 2 * shock / ( ( _dimension + 2 ) * t );
     const Profile p = profileAt( r / shock );
+    // Below the least radius that w tells (.14 with gamma 1.01) v is linear.
+    const double within = r / shock / p.radius;
     return { _density * ( _gamma + 1 ) / ( _gamma - 1 ) * p.density,
-             2 * speed / ( _gamma + 1 ) * p.velocity,
+             2 * speed / ( _gamma + 1 ) * p.velocity * within,
              2 * _density * speed * speed / ( _gamma + 1 ) * p.pressure };
 }
 

@@ -16,7 +16,7 @@ namespace Machpoint
 
   Density, velocity and pressure over their values behind the shock are known
   functions of one parameter; the energy integral, which fixes where the shock
-  is, is taken numerically (to 1e-9).
+  is, is taken numerically (to 1e-9 where gamma is 1.2 or more, 4e-6 at 1.01).
 
   Source: L. I. Sedov, Similarity and Dimensional Methods in Mechanics, Academic
   Press, 1959, chapter IV, in the form of J. R. Kamm and F. X. Timmes, Los

@@ -176,9 +176,12 @@ struct State
     double dt = 0;              //!< of the step, before it of the last one
     double cfl = 0;             //!< Courant number
     AffineMoment affine_moment; //!< of the basis; 0 without affine energy
-    int stencil_nodes = 0;      //!< that a particle sees along an axis
-    bool reproducible = false;  //!< sums have the same bits on any ranks
-    Real least_heat = 0;        //!< energy/mass, that a step may leave
+    //! Of the weight of gas, which the method's pressure has to balance beside
+    //! walls, too.
+    Parity weight_parity = Parity::force;
+    int stencil_nodes = 0;     //!< that a particle sees along an axis
+    bool reproducible = false; //!< sums have the same bits on any ranks
+    Real least_heat = 0;       //!< energy/mass, that a step may leave
     //! p_inf of a stiffened gas, whose heat is e - p_inf / rho; else 0.
     Real reference_pressure = 0;
     //! Kernels tell of particles above it (Large), length^Dim.

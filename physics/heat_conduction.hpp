@@ -15,13 +15,42 @@ namespace Machpoint
 namespace Impl
 {
 
-//! V q_d d_d w in column d.
+//! V q_d d_d w in column d; then m eta w and m eta e w.
 template <int Dim>
-struct FluxTerms : ValueTerms<Dim>
+struct FluxTerms : ValueTerms<Dim + 2>
 {
     KOKKOS_FORCEINLINE_FUNCTION static constexpr int axis( const int t )
     {
-        return t;
+        return t < Dim ? t : -1;
+    }
+};
+
+/*!
+  \brief eta, the part of its difference from the nodes that a particle
+  exchanges in a step: where its e is beyond theirs, the part that conducts away
+  over a cell, k dt / rho sum_d h_d^-2; 0 elsewhere (docs/diffusion.md).
+*/
+struct Straggler
+{
+    Lanes own; //!< e
+    Lanes least{ Kokkos::Experimental::infinity_v<Real> };
+    Lanes most{ -Kokkos::Experimental::infinity_v<Real> };
+
+    //! A node of its stencil has this e.
+    KOKKOS_FORCEINLINE_FUNCTION void look( const Lanes& heat )
+    {
+        least = Kokkos::min( least, heat );
+        most = Kokkos::max( most, heat );
+    }
+    //! \param conducted k dt sum_d h_d^-2, mass/volume
+    KOKKOS_FORCEINLINE_FUNCTION Lanes share( const Real conducted,
+                                             const Lanes& V,
+                                             const Lanes& m ) const
+    {
+        const Lanes margin = round_off * Kokkos::abs( own );
+        return choose( own + margin < least || most + margin < own,
+                       Kokkos::min( Lanes( conducted * V / m ), Lanes( 1.0 ) ),
+                       Lanes( 0.0 ) );
     }
 };
 
@@ -47,36 +76,49 @@ void depositTemperature( const State<Dim>& state, const Sums& sums )
         } );
 }
 
-//! Adds V q_d d_d w of the particles, q = -k grad e of the nodes.
+//! Adds V q_d d_d w of the particles, q = -k grad e of the nodes, and what
+//! stragglers exchange. \param conducted k dt sum_d h_d^-2, mass/volume
 //! \param means m and e [nodes][2] \param sums the scatter of a field
-//! [nodes][Dim]
+//! [nodes][Dim + 2]
 template <class Basis, int Dim, class Sums>
 void depositHeatFlux( const State<Dim>& state, const Real conductivity,
-                      const NodeView& means, const Sums& sums )
+                      const Real conducted, const NodeView& means,
+                      const Sums& sums )
 {
+    const Real reference = state.reference_pressure;
     const auto V = state.particles.template slice<Volume>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto layout = state.layout;
     forEachDeposit<Basis>(
         "Machpoint::heatFlux", state, sums,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
                           const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+            const Lanes volume = load( V, p );
+            const Lanes mass = load( m, p );
+            Straggler particle{
+                heatOf( Lanes( load( e, p ) ), volume, mass, reference ) };
             VectorOf<Dim, Lanes> gradient{};
             forEachNode( s, layout,
                          [&]( const auto& i ) MACHPOINT_INLINE
                          {
                              const Lanes heat = at( means, i.row, 1 );
+                             particle.look( heat );
                              for ( int d = 0; d < Dim; ++d )
                                  gradient[d] += heat * i.gradient[d];
                          } );
             Products<FluxTerms<Dim>, Dim, Lanes> terms;
             for ( int d = 0; d < Dim; ++d )
-                terms.value[d] = -conductivity * load( V, p ) * gradient[d];
+                terms.value[d] = -conductivity * volume * gradient[d];
+            terms.value[Dim] = mass * particle.share( conducted, volume, mass );
+            terms.value[Dim + 1] = terms.value[Dim] * particle.own;
             return addProductsLater( nodes, p, s, layout, s.dw, terms );
         } );
 }
 
-//! Column 0 becomes the rate at which nodes gain heat, energy/(mass time).
-//! \param[in,out] flux [nodes][>= Dim] \param means m and e [nodes][2]
+//! Columns 0 to 2 become the rate at which nodes gain heat, energy/(mass time),
+//! and the means of eta and eta e.
+//! \param[in,out] flux [nodes][>= Dim + 2] \param means m and e [nodes][2]
 template <int Dim>
 void heatingOfNodes( const State<Dim>& state, const NodeView& flux,
                      const NodeView& means )
@@ -87,30 +129,56 @@ void heatingOfNodes( const State<Dim>& state, const NodeView& flux,
             Real gained = 0;
             for ( int d = 0; d < Dim; ++d )
                 gained += flux( i, d );
+            const Real eta = flux( i, Dim );
+            const Real eta_e = flux( i, Dim + 1 );
             const Real m = means( i, 0 );
             flux( i, 0 ) = m > 0 ? gained / m : 0.0_rt;
+            flux( i, 1 ) = m > 0 ? eta / m : 0.0_rt;
+            flux( i, 2 ) = m > 0 ? eta_e / m : 0.0_rt;
         } );
 }
 
-//! dt sum w of the nodes' heating.
-//! \param heating column 0 \param[out] heat energy/mass [particles]
+//! dt sum w of the nodes' heating, and what stragglers exchange.
+//! \param heating columns 0 to 2 \param conducted, means as above
+//! \param[out] heat energy/mass [particles]
 template <class Basis, int Dim, class Slice>
 void gatherHeating( const State<Dim>& state, const NodeView& heating,
+                    const Real conducted, const NodeView& means,
                     const Slice& heat )
 {
+    const Real reference = state.reference_pressure;
+    const auto V = state.particles.template slice<Volume>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
     const auto layout = state.layout;
     const Real dt = state.dt;
     forEachStencil<Basis>(
         "Machpoint::conductedHeatOfParticles", state,
         MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s )
             MACHPOINT_INLINE {
-                Lanes rate( 0.0 );
+                const Lanes volume = load( V, p );
+                const Lanes mass = load( m, p );
+                Straggler particle{
+                    heatOf( Lanes( load( e, p ) ), volume, mass, reference ) };
+                Lanes gained( 0.0 ), mean( 0.0 ), eta( 0.0 ), eta_e( 0.0 );
                 forEachNode( s, layout,
                              [&]( const auto& i ) MACHPOINT_INLINE
-                             { rate += i.weight * at( heating, i.row, 0 ); } );
-                store( heat, dt * rate, p );
+                             {
+                                 const Lanes node = at( means, i.row, 1 );
+                                 particle.look( node );
+                                 mean += i.weight * node;
+                                 gained += i.weight * at( heating, i.row, 0 );
+                                 eta += i.weight * at( heating, i.row, 1 );
+                                 eta_e += i.weight * at( heating, i.row, 2 );
+                             } );
+                const Lanes own = particle.own;
+                const Lanes share = particle.share( conducted, volume, mass );
+                store( heat,
+                       dt * gained + share * ( mean - own ) +
+                           ( Lanes( 1.0 ) - share ) * ( eta_e - eta * own ),
+                       p );
             },
-        heating );
+        heating, means );
 }
 
 } // namespace Impl
@@ -119,9 +187,10 @@ void gatherHeating( const State<Dim>& state, const NodeView& heating,
   \brief Fourier's law with a constant coefficient, q = -k grad e with k =
   kappa / c_v.
 
-  e_i = sum m w e / sum m w, Q_i = sum V q . grad w, e_p += dt sum w Q_i / m_i:
-  the sum of m e stays. Sides and bodies let no heat pass. e is heat, e - p_inf
-  / rho, of a stiffened gas.
+  e_i = sum m w e / sum m w, Q_i = sum V q . grad w, e_p += dt sum w Q_i / m_i.
+  Particles whose e is beyond that of their nodes, which Q_i cannot see,
+  exchange heat with the others as well (Straggler). The sum of m e stays. Sides
+  and bodies let no heat pass. e is heat, e - p_inf / rho, of a stiffened gas.
 */
 template <int Dim>
 class HeatConduction : public Module<Dim>
@@ -158,7 +227,7 @@ class HeatConduction : public Module<Dim>
     void layOut( State<Dim>& state ) override
     {
         _means = makeNodeSum( "Machpoint::nodeTemperature", state, 2 );
-        _flux = makeNodeSum( "Machpoint::heatFlux", state, Dim );
+        _flux = makeNodeSum( "Machpoint::heatFlux", state, Dim + 2 );
     }
     void initialize( State<Dim>& state ) override
     {
@@ -195,19 +264,25 @@ class HeatConduction : public Module<Dim>
         _means.foldAndFill( state.halo, NodeComponents<2>{} );
         const auto means = _means.field();
         divideByFirst<2>( "Machpoint::divideTemperature", means );
+        Real conducted = 0; // over a cell, mass/volume
+        for ( int d = 0; d < Dim; ++d )
+            conducted += _conductivity * static_cast<Real>( state.dt ) *
+                         state.grid.inverse[d] * state.grid.inverse[d];
         _flux.deposit(
-            [&]( const auto& sums ) {
-                Impl::depositHeatFlux<Basis>( state, _conductivity, means,
-                                              sums );
+            [&]( const auto& sums )
+            {
+                Impl::depositHeatFlux<Basis>( state, _conductivity, conducted,
+                                              means, sums );
             } );
-        _flux.foldAndFill( state.halo, NodeComponents<Dim>{} );
+        _flux.foldAndFill( state.halo, NodeComponents<Dim + 2>{} );
         Impl::heatingOfNodes( state, _flux.field(), means );
-        Impl::gatherHeating<Basis>( state, _flux.field(), _heat.slice() );
+        Impl::gatherHeating<Basis>( state, _flux.field(), conducted, means,
+                                    _heat.slice() );
     }
 
     Real _conductivity;
     NodeSum _means; // m and e [nodes][2]
-    NodeSum _flux;  // [nodes][Dim]
+    NodeSum _flux;  // [nodes][Dim + 2]
     HeatOfStep _heat;
 };
 

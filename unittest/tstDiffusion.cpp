@@ -356,6 +356,44 @@ TEST( Diffusion, isStableAtItsLimit )
         }
 }
 
+// Beside a jump of the temperature nodes take heat of particles that have none
+// left, which they cannot see: those get it back from the others.
+TEST( Diffusion, conductionLeavesColdParticlesTheirHeat )
+{
+    for ( const int dimension : { 1, 2 } )
+        for ( const std::string method : { "apic", "conservative" } )
+            for ( const auto& basis : bases )
+                for ( const std::string placement : { "lattice", "random" } )
+                {
+                    auto input = box( dimension, dimension == 1 ? 40 : 16, 2,
+                                      method, basis, "slip_wall" );
+                    input["particles"]["placement"] = placement;
+                    addViscosity( input );
+                    input["physics"].push_back( heatConduction( 0.03 ) );
+                    input["initial"].push_back(
+                        { { "type", "uniform" },
+                          { "density", 0.02 },
+                          { "pressure", 1 },
+                          { "region",
+                            { { "type", "sphere" },
+                              { "center", repeat( dimension, 0.5 ) },
+                              { "radius", 0.2 } } } } );
+                    auto run = simulate( input );
+                    const auto before =
+                        run->particleData().specific_internal_energy;
+                    const Real coldest =
+                        *std::min_element( before.begin(), before.end() );
+                    advance( *run, 400 );
+                    const auto after =
+                        run->particleData().specific_internal_energy;
+                    EXPECT_EQ( run->retries(), 0 )
+                        << dimension << method << basis << placement;
+                    EXPECT_GT( *std::min_element( after.begin(), after.end() ),
+                               0.8 * coldest )
+                        << dimension << method << basis << placement;
+                }
+}
+
 // Beyond it heat overshoots: such steps are repeated, as those of G2P are.
 TEST( Diffusion, heatThatBreaksTheGasIsTakenBack )
 {

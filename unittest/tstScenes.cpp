@@ -1020,6 +1020,38 @@ TEST( Gravity, columnStandsAndEnergyBalances )
         }
 }
 
+// Nor does it flow along walls without slip: they hold back its velocity, and
+// neither its weight nor its pressure.
+TEST( Gravity, columnStandsBetweenWallsWithoutSlip )
+{
+    for ( const auto& basis : bases )
+        for ( const std::string method : { "apic", "conservative" } )
+        {
+            auto input = box( 2, 20, 2, method, basis, "slip_wall" );
+            for ( auto& side : input["boundary"] )
+                if ( side["side"].get<std::string>()[0] == 'x' )
+                    side["type"] = "no_slip_wall";
+            input["physics"].push_back(
+                { { "type", "gravity" }, { "acceleration", { 0.0, -1.0 } } } );
+            input["initial"][0] = { { "type", "hydrostatic" },
+                                    { "axis", "y" },
+                                    { "density", 1 },
+                                    { "pressure", 1 },
+                                    { "gravity", -1 } };
+            auto run = simulate( input );
+            const Real before = run->totals().energy();
+            advanceTo( *run, 1 );
+            EXPECT_NEAR(
+                ( run->totals().energy() - before - run->ledger().energy_in ) /
+                    before,
+                0, tolerance( 1e-12 ) )
+                << basis << method;
+            EXPECT_LE( largest( run->particleData().velocity ),
+                       basis == "linear" ? 0.02 : 0.002 )
+                << basis << method;
+        }
+}
+
 // Cold gas at rest has no speed to limit its step: its fall does.
 TEST( Gravity, limitsTheStepOfColdGas )
 {

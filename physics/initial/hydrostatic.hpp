@@ -1,6 +1,6 @@
 /*!
   \file hydrostatic.hpp
-  \brief An isothermal column at rest under gravity.
+  \brief A column at rest under gravity.
 */
 #ifndef MACHPOINT_HYDROSTATIC_HPP
 #define MACHPOINT_HYDROSTATIC_HPP
@@ -11,7 +11,7 @@ namespace Machpoint
 {
 
 //! p = p0 exp( g rho0 (x - x0) / p0 ), rho = rho0 p / p0, no motion: dp/dx =
-//! rho g with constant p / rho.
+//! rho g with constant p / rho, which for an ideal gas is isothermal.
 class Hydrostatic : public InitialState
 {
   public:
@@ -21,7 +21,7 @@ class Hydrostatic : public InitialState
 
     static Parameters declare( const int dimension )
     {
-        Parameters p( name, "isothermal column at rest under gravity",
+        Parameters p( name, "column of constant p / rho at rest under gravity",
                       dimension );
         p.choice( "axis", axisNames( dimension ), "direction of gravity" )
             .defaultsTo( "x" );

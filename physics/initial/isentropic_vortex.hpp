@@ -37,8 +37,8 @@ class IsentropicVortexState : public InitialState
             .above( 0 )
             .defaultsTo( 1 )
             .source( source );
-        p.number( "strength", "circulation; 2 pi times the velocity at the "
-                              "radius; > 0 turns counter-clockwise" )
+        p.number( "strength", "2 pi times the velocity at the radius; > 0 "
+                              "turns counter-clockwise" )
             .unit( "length/time" )
             .defaultsTo( 5 )
             .source( source );
