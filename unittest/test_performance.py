@@ -2,11 +2,12 @@
 these is right. No time passes or fails a test.
 
 The executable comes from MACHPOINT_EXECUTABLE; machpoint_kernels and
-machpoint_plain_loop lie beside it, where they are built.
+both machpoint_plain_loop lie beside it, where they are built.
 """
 import contextlib
 import importlib.util
 import io
+import itertools
 import json
 import math
 import os
@@ -30,6 +31,7 @@ import pairs
 import results
 import sweep
 import targets
+from sizes import FULL
 
 TINY = ["--small", "--particles", "300", "--samples", "1"]
 os.environ.update(running.OPEN_MPI)
@@ -163,9 +165,9 @@ class KernelsTest(unittest.TestCase):
 class PlainLoopTest(unittest.TestCase):
 
     def test_the_block_falls_freely(self):
-        executable = built(self, "machpoint_plain_loop")
+        executables = [built(self, name) for name in jobs.PLAIN_LOOPS.values()]
         cells, steps, samples = 48, 4, 2
-        for words in ([], ["mixed"]):
+        for executable, words in itertools.product(executables, ([], ["mixed"])):
             texts = [subprocess.run(
                 [executable, *map(str, (cells, steps, samples)), *words],
                 check=True, capture_output=True, text=True,
@@ -186,45 +188,92 @@ class PlainLoopTest(unittest.TestCase):
 class SpeedTest(unittest.TestCase):
 
     def test_targets(self):
-        of = {("ours", "apic", 2, "ordered", 1): 30e6,
-              ("ours", "apic", 2, "mixed", 1): 24e6,
-              ("ours", "conservative_midpoint", 2, "ordered", 1): 20e6,
-              ("ours", "apic", 3, "ordered", 1): 5e6,
-              ("plain", "ordered", 1): 20e6, ("plain", "ordered", 2): 30.5e6,
-              ("cylinder",): 34.0,
-              ("bytes",): 112, ("memory", "apic"): 224.0,
-              ("memory, no retries", "apic"): 155.0,
-              ("held", "apic"): 192.0, ("held, no retries", "apic"): 110.0}
-        rows = {row.text: row for row in targets.rows(of)}
+        figures = {
+            ("ours", "apic", 2, "ordered", 1): [30e6],
+            ("ours", "apic", 2, "mixed", 1): [24e6],
+            ("ours", "conservative_midpoint", 2, "ordered", 1): [20e6],
+            ("ours", "apic", 3, "ordered", 1): [5e6],
+            ("part", "apic", "G2P"): [60e6],
+            ("part", "conservative_midpoint", "G2P"): [30e6, 20e6, 40e6],
+            ("part", "apic", "grid"): [60e6],
+            ("part", "conservative_midpoint", "grid"): [50e6],
+            ("part", "conservative_midpoint", "prepare"): [60e6],
+            ("bytes", "apic", "G2P"): [100],
+            ("bytes", "conservative_midpoint", "G2P"): [147],
+            ("bytes", "apic", "grid"): [50],
+            ("bytes", "conservative_midpoint", "grid"): [72],
+            ("plain", "ordered", 1): [20e6, 18e6, 100e6],
+            ("plain without SLP", "ordered", 1): [19e6],
+            ("plain", "ordered", 2): [30e6],
+            ("plain without SLP", "ordered", 2): [30.5e6],
+            ("taichi", "ordered", 1): [40e6],
+            ("cylinder",): [34.0, 34.0],
+            ("bytes",): [112], ("memory", "apic"): [224.0],
+            ("memory, no retries", "apic"): [155.0],
+            ("held", "apic"): [192.0], ("held, no retries", "apic"): [110.0]}
+        rows = {row.text: row for row in targets.rows(figures, FULL)}
+        # Of repeated texts the last; only `midpoint` has parts.
         verdicts = {text: row.met for text, row in rows.items()
                     if row.met is not None}
+        over = "2D `apic`, with {}, memory of a particle over one AoSoA's bytes"
+        part = "the same, {} alone, bound by its bytes over those of `apic`"
         self.assertEqual(verdicts, {
             "2D `apic`, ordered, 1 thread(s), over the plain loop": True,
             "2D `apic`, 1 thread(s), mixed over ordered": False,
             "3D `apic`, 8 per cell, 1 thread(s)": False,
             "2D `conservative` midpoint over `apic`, cost of a particle step":
                 True,
+            part.format("G2P"): False, part.format("grid"): True,
             "`cylinder_mach3`, 400x200 to t = 4, 2 threads": True,
-            "2D `apic`, memory of a particle over one AoSoA's bytes": False,
-            "2D `apic`, with `time.retries` 0, memory of a particle over one "
-            "AoSoA's bytes": True,
-            "2D `apic`, with the old state to return to, memory over all that "
-            "its AoSoAs hold": True,
-            "2D `apic`, with `time.retries` 0, memory over all that its AoSoAs "
-            "hold": False})
-        self.assertAlmostEqual(
-            rows["2D `apic`, with the old state to return to, memory over all "
-                 "that its AoSoAs hold"].value, 224 / 192)
+            over.format("the old state to return to"): False,
+            over.format("`time.retries` 0"): True})
+        self.assertEqual(
+            rows[part.format("G2P")].words()[1:5],
+            ["2", "<= 1.47", "**missed**", 1])
+        # Nobody asks for these.
+        for text, value in (
+                ("2D `apic`, ordered, 1 thread(s), over Taichi", 30 / 40),
+                ("2D `apic`, with the old state to return to, memory over all "
+                 "that its AoSoAs hold", 224 / 192)):
+            self.assertAlmostEqual(rows[text].figure.value, value)
+            self.assertIsNone(rows[text].met)
         # Half as fast a host on two threads, two thirds on one.
-        scaled = [row.value for row in targets.rows(of)
+        scaled = [row.figure.value for row in rows.values()
                   if "scaled" in row.text]
         self.assertAlmostEqual(scaled[0], 5 * 31.6 / 20)
-        self.assertIsNone(scaled[1])
-        self.assertAlmostEqual(scaled[2], 34.0 / 2)
+        self.assertAlmostEqual(scaled[1], 34.0 / 2)
         text = targets.verdicts(rows.values())
-        self.assertIn("| 0.8 | >= 0.85 | **missed** |", text)
+        self.assertIn("| 0.8 | >= 0.85 | **missed** | 1 |", text)
+        self.assertIn("| 34 s | <= 35 s | met | 2 |", text)
         self.assertEqual({row.met for row in targets.unjudged(rows.values())},
                          {None})
+
+    def test_the_faster_plain_loop_counts(self):
+        def row(with_slp, without):
+            return next(iter(targets.rows(
+                {("ours", "apic", 2, "ordered", 1): [30e6],
+                 ("plain", "ordered", 1): with_slp,
+                 ("plain without SLP", "ordered", 1): without}, FULL)))
+        found = row([20e6, 10e6, 30e6], [24e6])
+        self.assertAlmostEqual(found.figure.value, 30 / 24)
+        self.assertEqual(found.note, "`machpoint_plain_loop_no_slp`")
+        found = row([20e6, 20e6, 30e6], [10e6])
+        self.assertAlmostEqual(found.figure.value, 30 / 20)
+        self.assertEqual(found.note, "`machpoint_plain_loop`")
+
+    def test_parts_are_of_the_same_steps(self):
+        executable = built(self, "machpoint_kernels")
+        own = results.run(executable, TINY + [
+            "--benchmark_filter=^apic/linear/1D/"])["context"]["revision"]
+        name = ("any",)
+        found = jobs.updates_and_parts(name, executable, own, "apic", 2,
+                                       "ordered", 1000, 1)
+        parts = {key: rate for key, rate in found.items() if key != name}
+        self.assertIn(("part", "apic", "G2P"), parts)
+        self.assertLess(sum(1 / rate for rate in parts.values()),
+                        1 / found[name])
+        moved = jobs.counted_bytes(executable, own, ["apic"])
+        self.assertGreater(moved["bytes", "apic", "G2P"], moved["bytes",])
 
     def test_sod_is_solved_to_an_error(self):
         with tempfile.TemporaryDirectory() as scratch:

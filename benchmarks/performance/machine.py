@@ -43,7 +43,7 @@ class Watch:
     kept its cores, and the load before it began."""
 
     def __init__(self, triad=None):
-        """triad: the program that probes, if probe is called"""
+        """triad: the program that probes; without it probe does nothing"""
         self.triad = triad
         self.load = float(
             pathlib.Path("/proc/loadavg").read_text().split()[0])
@@ -52,6 +52,8 @@ class Watch:
 
     def probe(self, seconds):
         """Bandwidth of one process, bytes per second."""
+        if self.triad is None:
+            return
         result = subprocess.run([self.triad, str(seconds)], check=True,
                                 capture_output=True, text=True)
         self.rates.append(float(result.stdout))
@@ -79,9 +81,12 @@ def in_words(seen):
         f"probes of the bandwidth between these gave "
         f"{seen['triad'] / 1e9:.2f} GB/s on one thread, "
         f"{100 * seen['triad_spread']:.1f} % apart; ")
+    repeats = "nothing was repeated" if not seen["median_spread"] else (
+        f"repeated measurements lie {100 * seen['median_spread']:.1f} % apart in "
+        "the median")
     return (
-        f"{verdict}: its load was {seen['load_before']:.2f} before the session; "
-        f"other processes took {100 * seen['others']:.1f} % as much processor "
-        f"time as the measurements; {probes}repeated measurements lie "
-        f"{100 * seen['median_spread']:.1f} % apart in the median. Quiet is "
-        f"below {100 * QUIET:.0f} % in all of these.")
+        f"{verdict}: other processes took {100 * seen['others']:.1f} % as much "
+        f"processor time as the measurements; {probes}{repeats}. Quiet is below "
+        f"{100 * QUIET:.0f} % in all of these. (The load before the session, "
+        f"{seen['load_before']:.2f}, is of what may have ended by then, and is not "
+        "judged.)")

@@ -13,6 +13,12 @@ def table(header, rows):
     return "\n".join(lines) + "\n"
 
 
+def written_by(name, docs):
+    """How a section, or what is printed in its place, begins."""
+    return (f"Written by `python3 benchmarks/{name} --docs`" if docs else
+            f"Printed by `python3 benchmarks/{name}`, for no page")
+
+
 def replaced(page, section, text):
     """The page with the text of a section, which stands between
     <!-- section --> and <!-- end of section -->."""

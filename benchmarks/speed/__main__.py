@@ -1,33 +1,37 @@
 """Machpoint's speed beside yardsticks on the same work, in one session.
 
 Usage: python3 benchmarks/speed [--build DIR] [--serial DIR] [--python PATH]
-           [--rounds NUMBER] [--fast] [--output DIR] [--docs]
+           [--rounds NUMBER] [--dimensions DIM...] [--fast] [--output DIR] [--docs]
 
 Runs `apic` and `conservative` with the gas's own step (ideal gas, energy, loss
-return, retries), the plain loop, and Taichi and Warp where PATH has them (`pip
-install taichi warp-lang` into an environment of its own), in turn, so that a
-drift of the machine meets all alike; then the cylinder, Sod's tube and the memory
-of a particle. Prints medians and what they are held against, says whether the
-machine was quiet, and writes DIR/results.json. --docs writes docs/performance.md
-too. What cannot run is left out, and named. Exit code: 0.
+return, retries), both builds of the plain loop, of which the faster one counts, and
+Taichi and Warp where PATH has them (`pip install taichi warp-lang` into an
+environment of its own), in turn, so that a drift of the machine meets all alike;
+then the cylinder (twice at most), Sod's tube and the memory of a particle (once).
+Prints medians and what they are held against, says whether the machine was quiet,
+and writes DIR/results.json. --docs, of at least three rounds, writes
+docs/performance.md too. What cannot run is left out, and named. Exit code: 0; 2 for
+options that cannot be met.
 """
 import argparse
 import functools
 import json
 import pathlib
 import sys
+import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parents[1]
 sys.path += [str(HERE / "performance"), str(HERE / "kernels")]
 
 import jobs
 import machine
+import options
 import page
 import results
 import targets
 from jobs import Job
+from sizes import FULL, TINY
 
-SOD_ERROR = 1.5e-3
 ORDERS = ["ordered", "mixed"]
 
 
@@ -53,26 +57,36 @@ class Session:
                 except jobs.Lacking as reason:
                     self.lacking[job.name] = str(reason)
                     continue
-                self.figures.setdefault(job.name, []).append(figure)
-                print(f"{' '.join(map(str, job.name))}: {figure:.4g}",
-                      flush=True)
+                self.keep(figure if isinstance(figure, dict) else
+                          {job.name: figure})
         self.watch.probe(self.probe_seconds)
 
+    def keep(self, figures):
+        for name, figure in figures.items():
+            self.figures.setdefault(name, []).append(figure)
+            print(f"{' '.join(map(str, name))}: {figure:.4g}", flush=True)
 
-def make_jobs(arguments, directory):
+
+def make_jobs(arguments, sizes, directory):
     """All jobs. directory: for the runs' output."""
-    build = pathlib.Path(arguments.build)
-    serial = pathlib.Path(arguments.serial) / results.EXECUTABLE
-    fast = arguments.fast
-    cells = 32 if fast else 512
-    particles = 4 * cells ** 2
-    steps = 2 if fast else 20
+    build = arguments.build
+    serial = arguments.serial / results.EXECUTABLE
+    cells, particles, steps = sizes.cells, sizes.particles, sizes.steps
     machpoint = build / "machpoint"
     ours = build / results.EXECUTABLE
     revision = jobs.revision(machpoint)
     partial = functools.partial
     updates = partial(jobs.updates, ours, revision)
+    methods = ["apic", "conservative_symplectic", "conservative_midpoint"]
     found = []
+
+    def step(method, order, threads):
+        """In 2D; with its parts where these are held against their bytes."""
+        name = ("ours", method, 2, order, threads)
+        of = method, 2, order, particles, threads
+        return Job(name, partial(jobs.updates_and_parts, name, ours, revision, *of)
+                   if (order, threads) == ("ordered", 1) else
+                   partial(updates, *of))
 
     def loop(name, command, threads, module=None, package=None):
         for order in ORDERS:
@@ -83,11 +97,9 @@ def make_jobs(arguments, directory):
             found.append(Job((name, order, threads), measure))
 
     for threads in (1, 2):
-        for order in ORDERS:
-            found.append(Job(("ours", "apic", 2, order, threads),
-                             partial(updates, "apic", 2, order, particles,
-                                     threads)))
-        loop("plain", [build / "machpoint_plain_loop"], threads)
+        found += [step("apic", order, threads) for order in ORDERS]
+        for name, program in jobs.PLAIN_LOOPS.items():
+            loop(name, [build / program], threads)
         loop("taichi", [arguments.python,
                         HERE / "yardstick" / "taichi_loop.py"], threads,
              "taichi", "taichi")
@@ -98,61 +110,46 @@ def make_jobs(arguments, directory):
             found.append(Job(("ours", "apic", 3, "ordered", threads),
                              partial(updates, "apic", 3, "ordered",
                                      particles, threads)))
-    found.append(Job(("ours", "apic", 2, "unsorted", 1),
-                     partial(updates, "apic", 2, "unsorted", particles, 1)))
-    for time in ("symplectic", "midpoint"):
-        method = f"conservative_{time}"
-        for order in ORDERS:
-            found.append(Job(("ours", method, 2, order, 1),
-                             partial(updates, method, 2, order, particles,
-                                     1)))
+    found.append(step("apic", "unsorted", 1))
+    found += [step(method, order, 1) for method in methods[1:]
+              for order in ORDERS]
     for dim in arguments.dimensions:
         found.append(Job(("serial", dim),
                          partial(jobs.updates, serial, revision, "apic", dim,
                                  "ordered", particles, 1)))
-    found.append(Job(
-        ("bytes",),
-        lambda: jobs.kernels(ours, revision, "apic", 2, "ordered", 1000,
-                             1)["particle_bytes"], 1))
+    found.append(Job(("bytes",), partial(jobs.counted_bytes, ours, revision,
+                                         methods), 1))
     for method in ("apic", "conservative"):
-        found.append(Job(("memory", method),
-                         partial(jobs.peak_bytes, machpoint, method, cells,
-                                 directory), 1))
-        found.append(Job(("memory, no retries", method),
-                         partial(jobs.peak_bytes, machpoint, method, cells,
-                                 directory, retries=0), 1))
-        found.append(Job(("held", method),
-                         partial(jobs.held_bytes, machpoint, method, cells,
-                                 directory), 1))
-        found.append(Job(("held, no retries", method),
-                         partial(jobs.held_bytes, machpoint, method, cells,
-                                 directory, retries=0), 1))
-    small = {"grid.cells": [40, 20]} if fast else {}
-    for name, sets in ((("cylinder",), small),
-                       (("cylinder", "cfl 1.2"), {"time.cfl": 1.2, **small})):
+        for words, retries in (("", {}), (", no retries", {"retries": 0})):
+            for name, measure in (("memory", jobs.peak_bytes),
+                                  ("held", jobs.held_bytes)):
+                found.append(Job((name + words, method),
+                                 partial(measure, machpoint, method, cells,
+                                         directory, **retries), 1))
+    for name, sets in ((("cylinder",), {}),
+                       (("cylinder", "cfl 1.2"), {"time.cfl": 1.2})):
+        sets = {"grid.cells": sizes.cylinder, **sets}
         found.append(Job(name, lambda sets=sets: jobs.scene(
             machpoint, "cylinder_mach3", sets, 2, directory,
-            5 if fast else None)["wall_seconds"], 2))
+            sizes.cylinder_steps)["wall_seconds"], 2))
     return found
 
 
-def sod_job(machpoint, fast, directory):
+def sod_job(machpoint, sizes, directory):
     """Sod's tube at a given error: how to reach it is found first. \\raises
     Lacking"""
-    error = 5e-2 if fast else SOD_ERROR
-    cells = [50, 100] if fast else [100, 150, 200, 250, 300, 400, 500, 600,
-                                    800, 1000, 1200]
-    sets = jobs.sod_settings(machpoint, error, cells, directory)
+    sets = jobs.sod_settings(machpoint, sizes.sod_error, sizes.sod_cells,
+                             directory)
     return sets, Job(("sod",), lambda: jobs.scene(
         machpoint, "sod", sets, 1, directory)["wall_seconds"])
 
 
-def section(record):
+def section(record, docs):
     """Of docs/performance.md. record: what results.json holds."""
-    text = (f"Written by `python3 benchmarks/speed --docs`; Machpoint "
-            f"`{record['revision']}`, {record['processor']}, medians of "
-            f"{record['rounds']} rounds. {machine.in_words(record['machine'])}"
-            "\n\n")
+    text = (f"{page.written_by('speed', docs)}; Machpoint "
+            f"`{record['revision']}`, {record['processor']}, medians; 2D on "
+            f"{record['cells']} x {record['cells']} cells. "
+            f"{machine.in_words(record['machine'])}\n\n")
     text += record["verdicts"] + "\n" + record["speeds"]
     if record["left_out"]:
         text += "\nLeft out:\n\n"
@@ -161,68 +158,87 @@ def section(record):
     return text
 
 
-def main():
+def parse():
+    """The options, which can be met, and the rounds."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--build", metavar="DIR",
+    parser.add_argument("--build", metavar="DIR", type=pathlib.Path,
                         default=page.ROOT / "build/openmp")
-    parser.add_argument("--serial", metavar="DIR",
+    parser.add_argument("--serial", metavar="DIR", type=pathlib.Path,
                         default=page.ROOT / "build/serial")
-    parser.add_argument("--python", metavar="PATH", default=sys.executable,
+    parser.add_argument("--python", metavar="PATH", type=options.program,
+                        default=sys.executable,
                         help="interpreter that has taichi and warp")
-    parser.add_argument("--rounds", type=int, metavar="NUMBER")
+    parser.add_argument("--rounds", type=options.whole(1), metavar="NUMBER",
+                        help="5, or with --fast 1")
     parser.add_argument("--dimensions", type=int, nargs="+", default=[2, 3],
                         choices=[2, 3], metavar="DIM")
-    parser.add_argument("--output", metavar="DIR", default="out/speed")
+    parser.add_argument("--output", metavar="DIR", type=options.folder,
+                        default="out/speed")
     parser.add_argument("--fast", action="store_true",
                         help="tiny sizes, one round: does it work?")
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
-    if arguments.docs and arguments.fast:
-        parser.error("--docs is of the full size")
     rounds = arguments.rounds or (1 if arguments.fast else 5)
-    build = pathlib.Path(arguments.build)
-    for name in ("machpoint", results.EXECUTABLE, "machpoint_plain_loop",
-                 "machpoint_triad"):
-        if not (build / name).exists():
-            parser.error(f"{build / name} is missing: build it, or name its "
-                         "folder with --build")
-    output = pathlib.Path(arguments.output)
-    output.mkdir(parents=True, exist_ok=True)
+    options.require_full(parser, arguments, rounds, ["fast", "dimensions"])
+    missing = jobs.missing(arguments.build)
+    if missing:
+        parser.error(f"{missing} is missing: build it, or name its folder with "
+                     "--build")
+    if not (arguments.serial / "machpoint").is_file() and \
+            arguments.serial != parser.get_default("serial"):
+        parser.error(f"{arguments.serial} has no machpoint: name the folder of a "
+                     "build with --serial")
+    for folder, expected in ((arguments.build, "OpenMP"),
+                             (arguments.serial, "Serial")):
+        if (folder / "machpoint").is_file():
+            backend = jobs.version(folder / "machpoint")["backend"]
+            if backend != expected:
+                parser.error(f"{folder} is a build for {backend}, not for "
+                             f"{expected}")
+    return arguments, rounds
 
-    watch = machine.Watch(build / "machpoint_triad")
-    session = Session(watch, 0.1 if arguments.fast else 1)
-    some = make_jobs(arguments, output / "run")
+
+def main():
+    arguments, rounds = parse()
+    sizes = TINY if arguments.fast else FULL
+    machpoint = arguments.build / "machpoint"
+    watch = machine.Watch(arguments.build / "machpoint_triad")
+    session = Session(watch, sizes.probe_seconds)
     sets = {}
-    try:
-        sets, job = sod_job(build / "machpoint", arguments.fast,
-                            output / "run")
-        some.append(job)
-    except jobs.Lacking as reason:
-        session.lacking["sod",] = str(reason)
-    session.run(some, rounds)
+    with tempfile.TemporaryDirectory() as scratch:
+        run = pathlib.Path(scratch)
+        some = make_jobs(arguments, sizes, run)
+        try:
+            sets, job = sod_job(machpoint, sizes, run)
+            some.append(job)
+        except jobs.Lacking as reason:
+            session.lacking["sod",] = str(reason)
+        session.run(some, rounds)
 
     figures = session.figures
     note = ", ".join(f"{path} {value}" for path, value in sets.items())
-    table = targets.rows(targets.medians(figures), note)
+    table = targets.rows(figures, sizes, note)
     if arguments.fast:
         table = targets.unjudged(table)
     record = {
-        "revision": jobs.revision(build / "machpoint"),
-        "processor": machine.processor(), "rounds": rounds,
+        "revision": jobs.revision(machpoint), "processor": machine.processor(),
+        "rounds": rounds, "cells": sizes.cells,
         "machine": watch.report(targets.spreads(figures)),
         "figures": {" ".join(map(str, name)): values
                     for name, values in figures.items()},
-        "rows": [dict(zip(["text", "measured", "asked", "verdict", "note"],
+        "rows": [dict(zip(["text", "measured", "asked", "verdict", "runs", "note"],
                           row.words())) for row in table],
         "verdicts": targets.verdicts(table),
         "speeds": targets.speeds(figures),
         "left_out": {" ".join(map(str, name)): reason
                      for name, reason in session.lacking.items()},
     }
-    (output / "results.json").write_text(json.dumps(record, indent=2) + "\n")
-    print("\n" + section(record))
+    (arguments.output / "results.json").write_text(
+        json.dumps(record, indent=2) + "\n")
+    text = section(record, arguments.docs)
+    print("\n" + text)
     if arguments.docs:
-        page.write("speed", section(record))
+        page.write("speed", text)
     return 0
 
 

@@ -1,25 +1,27 @@
 """What is measured for the table of speeds: one function for each kind of run.
 
-A job is called once in every round and returns a figure, or a dictionary of
-them.
+A job is called once in every round and returns a figure, or {name: figure}.
 """
 import dataclasses
 import json
-import os
-import pathlib
-import shutil
-import subprocess
 import typing
 
 import page
 import results
+from program import execute, revision, run, version
 
 PER_CELL = {2: 4, 3: 8}
+PLAIN_LOOPS = {"plain": "machpoint_plain_loop",
+               "plain without SLP": "machpoint_plain_loop_no_slp"}
+#: What a build has to have; a build of tests alone has none but the first.
+PROGRAMS = ["machpoint", results.EXECUTABLE, *PLAIN_LOOPS.values(),
+            "machpoint_triad"]
 
 
 @dataclasses.dataclass(frozen=True)
 class Job:
-    """measure(): a figure; rounds: in how many of the rounds, None for all."""
+    """measure(): a figure, or some of them by name; rounds: in how many of the
+    rounds, None for all."""
 
     name: tuple
     measure: typing.Callable
@@ -30,31 +32,20 @@ class Lacking(Exception):
     """What a job needs is not here; the text says how to get it."""
 
 
-def execute(words, threads):
-    """stdout of a command; OpenMP's threads are not tied to cores, which a
-    virtual machine hands out as it likes."""
-    environment = dict(os.environ, OMP_NUM_THREADS=str(threads),
-                       OMP_PROC_BIND="false")
-    result = subprocess.run([str(word) for word in words], env=environment,
-                            stdin=subprocess.DEVNULL, capture_output=True,
-                            text=True)
-    if result.returncode != 0:
-        raise SystemExit(f"{' '.join(map(str, words))}: exit code "
-                         f"{result.returncode}\n{result.stderr}")
-    return result.stdout
-
-
-def revision(machpoint):
-    """What a program says that it was built of."""
-    return execute([machpoint, "--version"], 1).split("revision ")[1].split()[0]
+def missing(build):
+    """The first program that a build has not got, or None."""
+    return next((build / name for name in PROGRAMS
+                 if not (build / name).is_file()), None)
 
 
 def kernels(executable, expected, method, dim, order, particles, threads):
-    """The step's row of machpoint_kernels, which has to be of the expected
-    revision: a build of some targets alone may have left an older one."""
-    if not pathlib.Path(executable).exists():
-        raise Lacking(f"{executable} is not built")
-    name = f"{method}/quadratic/{dim}D/{PER_CELL[dim]}/{order}/step"
+    """{part: row} of machpoint_kernels, which has to be of the expected revision:
+    a build of some targets alone may have left an older one. The parts are
+    measured in the same steps as `step`."""
+    if not executable.exists():
+        raise Lacking(f"the build {executable.parent.name} has no "
+                      f"{executable.name}")
+    name = f"{method}/quadratic/{dim}D/{PER_CELL[dim]}/{order}"
     # No limits of the machine here: `small` measures them in no time.
     found = results.run(
         executable, [f"--benchmark_filter=^{name}/", "--particles",
@@ -63,11 +54,31 @@ def kernels(executable, expected, method, dim, order, particles, threads):
     if own != expected:
         raise SystemExit(f"{executable} is of {own}, machpoint of {expected}: "
                          "build both anew")
-    return next(iter(results.rows(found).values()))
+    return {key[5]: row for key, row in results.rows(found).items()}
 
 
 def updates(*of):
-    return kernels(*of)["updates_per_second"]
+    return kernels(*of)["step"]["updates_per_second"]
+
+
+def updates_and_parts(name, executable, expected, method, *of):
+    """The step's, by a job's name, and ("part", method, part) of its parts."""
+    rows = kernels(executable, expected, method, *of)
+    rates = {("part", method, part): row["updates_per_second"]
+             for part, row in rows.items()}
+    return {name: rates.pop(("part", method, "step")), **rates}
+
+
+def counted_bytes(executable, expected, methods):
+    """("bytes",) of a particle, and ("bytes", method, part) that a particle step
+    moves."""
+    found = {}
+    for method in methods:
+        rows = kernels(executable, expected, method, 2, "ordered", 1000, 1)
+        found["bytes",] = rows["step"]["particle_bytes"]
+        for part, row in rows.items():
+            found["bytes", method, part] = row["bytes"]
+    return found
 
 
 def yardstick(command, cells, steps, order, threads):
@@ -80,14 +91,14 @@ def yardstick(command, cells, steps, order, threads):
 
 def require_module(python, module, package):
     """\\raises Lacking"""
-    if subprocess.run([python, "-c", f"import {module}"], capture_output=True,
-                      check=False).returncode != 0:
+    if run([python, "-c", f"import {module}"], 1).returncode != 0:
         raise Lacking(f"pip install {package}, and name its interpreter with "
                       "--python")
 
 
 def scene(machpoint, name, sets, threads, directory, steps=None):
-    """summary.json of a run that writes nothing else."""
+    """summary.json of a run that writes no particles and no grid.
+    directory: one that nobody else uses."""
     sets = {"output.particles": False, "output.grid": False, **sets}
     words = [machpoint, "run", page.ROOT / "input" / f"{name}.json", "--quiet",
              "--overwrite", "--output", directory]
@@ -96,9 +107,7 @@ def scene(machpoint, name, sets, threads, directory, steps=None):
     if steps:
         words += ["--max-steps", steps]
     execute(words, threads)
-    summary = json.loads((directory / "summary.json").read_text())
-    shutil.rmtree(directory)
-    return summary
+    return json.loads((directory / "summary.json").read_text())
 
 
 def vortices(machpoint, method, cells, directory, retries=10):

@@ -4,20 +4,22 @@ import statistics
 
 import machine
 import page
-
+from jobs import PLAIN_LOOPS
+from median import Median, Medians
 
 #: Updates/s of the plain loop, by threads, on the host that the targets were
 #: set on.
 PLAIN_LOOP_THEN = {1: 31.6e6, 2: 61e6}
+RATES = ("ours", *PLAIN_LOOPS, "taichi", "warp", "serial")
+TIMES = ("symplectic", "midpoint")
 
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """value: None where a job was left out; least or most: what is asked for,
-    neither where nothing is."""
+    """least or most: what is asked for, neither where nothing is."""
 
     text: str
-    value: float | None
+    figure: Median
     unit: str = ""
     least: float | None = None
     most: float | None = None
@@ -25,113 +27,138 @@ class Row:
 
     @property
     def met(self):
-        if self.value is None or self.least is None and self.most is None:
+        value = self.figure.value
+        if value is None or self.least is None and self.most is None:
             return None
-        return ((self.least is None or self.value >= self.least) and
-                (self.most is None or self.value <= self.most))
+        return ((self.least is None or value >= self.least) and
+                (self.most is None or value <= self.most))
 
     def words(self):
+        value = self.figure.value
         unit = f" {self.unit}" if self.unit else ""
-        value = "-" if self.value is None else f"{self.value:.3g}{unit}"
+        measured = "-" if value is None else f"{value:.3g}{unit}"
         asked = "-"
         if self.least is not None:
-            asked = f">= {self.least:g}{unit}"
+            asked = f">= {self.least:.3g}{unit}"
         elif self.most is not None:
-            asked = f"<= {self.most:g}{unit}"
+            asked = f"<= {self.most:.3g}{unit}"
         verdict = {None: "-", True: "met", False: "**missed**"}[self.met]
-        return [self.text, value, asked, verdict, self.note]
+        return [self.text, measured, asked, verdict, self.figure.runs or "-",
+                self.note]
 
 
-def ratio(above, below):
-    return None if above is None or below is None else above / below
+class PlainLoop:
+    """The faster one of its builds, on each number of threads and in each order
+    of the particles."""
+
+    def __init__(self, of):
+        self._of = of
+
+    def name(self, order, threads):
+        return self._of.fastest([(build, order, threads)
+                                 for build in PLAIN_LOOPS])
+
+    def rate(self, order, threads):
+        return self._of[self.name(order, threads)]
+
+    def note(self, order, threads):
+        """Which one, if any ran."""
+        build = PLAIN_LOOPS[self.name(order, threads)[0]]
+        return f"`{build}`" if self.rate(order, threads).value else ""
+
+    def host(self, threads):
+        """How fast the host is beside that of the targets, and words for a
+        row."""
+        then = PLAIN_LOOP_THEN[threads]
+        return (self.rate("ordered", threads).scaled(1 / then),
+                f"the same, scaled by the plain loop to a host where that makes "
+                f"{then / 1e6:g} M updates/s on {threads} thread(s)")
 
 
-def scaled(of, threads):
-    """How slow the host is beside that of the targets, and words for a row."""
-    then = PLAIN_LOOP_THEN[threads]
-    return (ratio(of.get(("plain", "ordered", threads)), then),
-            f"the same, scaled by the plain loop to a host where that makes "
-            f"{then / 1e6:g} M updates/s on {threads} thread(s)")
-
-
-def product(a, b):
-    return None if a is None or b is None else a * b
-
-
-def rows(of, sod_note=""):
-    """The table. of: {name of a job: median figure}, lacking names left out."""
-    ours = {key[1:]: value for key, value in of.items() if key[0] == "ours"}
-    mega = {key: value / 1e6 for key, value in of.items()
-            if key[0] in ("ours", "plain", "taichi", "warp", "serial")}
-    found = []
+def speed_rows(of, plain):
+    apic = {(order, threads): of["ours", "apic", 2, order, threads]
+            for order in ("ordered", "mixed") for threads in (1, 2)}
     for threads in (1, 2):
-        mine = ours.get(("apic", 2, "ordered", threads))
-        found.append(Row(
-            f"2D `apic`, ordered, {threads} thread(s), over the plain loop",
-            ratio(mine, of.get(("plain", "ordered", threads))), least=1.4))
+        yield Row(f"2D `apic`, ordered, {threads} thread(s), over the plain loop",
+                  apic["ordered", threads] / plain.rate("ordered", threads),
+                  least=1.4, note=plain.note("ordered", threads))
     for threads in (1, 2):
-        found.append(Row(
-            f"2D `apic`, {threads} thread(s), mixed over ordered",
-            ratio(ours.get(("apic", 2, "mixed", threads)),
-                  ours.get(("apic", 2, "ordered", threads))), least=0.85))
+        yield Row(f"2D `apic`, {threads} thread(s), mixed over ordered",
+                  apic["mixed", threads] / apic["ordered", threads], least=0.85)
     for threads in (1, 2):
-        found.append(Row(
-            f"2D `apic`, mixed, {threads} thread(s), over the plain loop's mixed",
-            ratio(ours.get(("apic", 2, "mixed", threads)),
-                  of.get(("plain", "mixed", threads)))))
+        yield Row(f"2D `apic`, mixed, {threads} thread(s), over the plain loop's "
+                  "mixed", apic["mixed", threads] / plain.rate("mixed", threads),
+                  note=plain.note("mixed", threads))
     for name, threads in (("taichi", 1), ("taichi", 2), ("warp", 1)):
-        found.append(Row(
-            f"2D `apic`, ordered, {threads} thread(s), over {name.title()}",
-            ratio(ours.get(("apic", 2, "ordered", threads)),
-                  of.get((name, "ordered", threads))), least=1))
+        yield Row(f"2D `apic`, ordered, {threads} thread(s), over {name.title()}",
+                  apic["ordered", threads] / of[name, "ordered", threads])
     for threads, least in ((1, 10), (2, 20)):
-        mine = mega.get(("ours", "apic", 3, "ordered", threads))
-        found.append(Row(f"3D `apic`, 8 per cell, {threads} thread(s)", mine,
-                         "M updates/s", least=least))
-        host, words = scaled(of, threads)
-        found.append(Row(words, ratio(mine, host), "M updates/s"))
-    for time in ("symplectic", "midpoint"):
-        found.append(Row(
-            f"2D `conservative` {time} over `apic`, cost of a particle step",
-            ratio(ours.get(("apic", 2, "ordered", 1)),
-                  ours.get((f"conservative_{time}", 2, "ordered", 1))),
-            most=1.8))
+        mine = of["ours", "apic", 3, "ordered", threads].scaled(1e-6)
+        yield Row(f"3D `apic`, 8 per cell, {threads} thread(s)", mine,
+                  "M updates/s", least=least)
+        host, words = plain.host(threads)
+        yield Row(words, mine / host, "M updates/s")
     for dim in (2, 3):
-        found.append(Row(
-            f"{dim}D `apic`, OpenMP on 2 threads over Serial",
-            ratio(ours.get(("apic", dim, "ordered", 2)),
-                  of.get(("serial", dim))), least=1.8))
-    found.append(Row("the plain loop on 2 threads over 1",
-                     ratio(of.get(("plain", "ordered", 2)),
-                           of.get(("plain", "ordered", 1)))))
-    found.append(Row("`cylinder_mach3`, 400x200 to t = 4, 2 threads",
-                     of.get(("cylinder",)), "s", most=35))
-    host, words = scaled(of, 2)
-    found.append(Row(words, product(of.get(("cylinder",)), host), "s"))
-    found.append(Row("`cylinder_mach3` at `time.cfl` 1.2 instead of 0.8",
-                     of.get(("cylinder", "cfl 1.2")), "s"))
-    found.append(Row("Sod at L1(rho) <= 1.5e-3, 1 thread", of.get(("sod",)),
-                     "s", most=0.1, note=sod_note))
-    bare = of.get(("bytes",))
+        yield Row(f"{dim}D `apic`, OpenMP on 2 threads over Serial",
+                  of["ours", "apic", dim, "ordered", 2] / of["serial", dim],
+                  least=1.8)
+    yield Row("the plain loop on 2 threads over 1",
+              plain.rate("ordered", 2) / plain.rate("ordered", 1))
+
+
+def cost_rows(of):
+    """`conservative` over `apic`, as a whole and by parts: these may take as
+    much longer as they move more bytes."""
+    apic = of["ours", "apic", 2, "ordered", 1]
+    for time in TIMES:
+        method = f"conservative_{time}"
+        yield Row(f"2D `conservative` {time} over `apic`, cost of a particle step",
+                  apic / of["ours", method, 2, "ordered", 1], most=1.8)
+        for part in (name[2] for name in of if name[:2] == ("part", method)):
+            longer = of["part", "apic", part] / of["part", method, part]
+            # What `apic` does without has nothing to be held against.
+            if longer.value is None:
+                continue
+            more = of["bytes", method, part] / of["bytes", "apic", part]
+            yield Row(f"the same, {part} alone, bound by its bytes over those of "
+                      "`apic`", longer, most=more.value)
+
+
+def run_rows(of, plain, sizes, sod_note):
+    cylinder = of["cylinder",]
+    how_far = f"for {sizes.cylinder_steps} steps" if sizes.cylinder_steps else \
+        "to t = 4"
+    yield Row(f"`cylinder_mach3`, {'x'.join(map(str, sizes.cylinder))} {how_far}, "
+              "2 threads", cylinder, "s", most=35)
+    host, words = plain.host(2)
+    yield Row(words, cylinder * host, "s")
+    yield Row("`cylinder_mach3` at `time.cfl` 1.2 instead of 0.8",
+              of["cylinder", "cfl 1.2"], "s")
+    yield Row(f"Sod at L1(rho) <= {sizes.sod_error:g}, 1 thread", of["sod",], "s",
+              most=0.1, note=sod_note)
+
+
+def memory_rows(of):
+    bare = of["bytes",]
     for method in ("apic", "conservative"):
-        for job, words in (
-                ("memory", ""),
-                ("memory, no retries", ", with `time.retries` 0")):
-            taken = of.get((job, method))
-            note = (f"{taken:.0f} of {bare:.0f} bytes" if taken and bare
-                    else "")
-            found.append(Row(
-                f"2D `{method}`{words}, memory of a particle over one AoSoA's "
-                "bytes", ratio(taken, bare), most=1.4, note=note))
-        for job, held, words in (
-                ("memory", "held", "with the old state to return to"),
-                ("memory, no retries", "held, no retries",
-                 "with `time.retries` 0")):
-            found.append(Row(
-                f"2D `{method}`, {words}, memory over all that its AoSoAs hold",
-                ratio(of.get((job, method)), of.get((held, method))),
-                most=1.4))
-    return found
+        for retries, words in (("", "with the old state to return to"),
+                               (", no retries", "with `time.retries` 0")):
+            taken = of["memory" + retries, method]
+            over = taken / bare
+            note = "" if over.value is None else \
+                f"{taken.value:.0f} of {bare.value:.0f} bytes"
+            yield Row(f"2D `{method}`, {words}, memory of a particle over one "
+                      "AoSoA's bytes", over, most=1.4, note=note)
+            yield Row(f"2D `{method}`, {words}, memory over all that its AoSoAs "
+                      "hold", taken / of["held" + retries, method])
+
+
+def rows(figures, sizes, sod_note=""):
+    """The table. figures: {name of a job: [figures]}, lacking names left out."""
+    of = Medians(figures)
+    plain = PlainLoop(of)
+    return [*speed_rows(of, plain), *cost_rows(of),
+            *run_rows(of, plain, sizes, sod_note), *memory_rows(of)]
 
 
 def unjudged(table):
@@ -139,20 +166,14 @@ def unjudged(table):
     return [dataclasses.replace(row, least=None, most=None) for row in table]
 
 
-def medians(figures):
-    """{name: median} of {name: [figures]}."""
-    return {name: statistics.median(values)
-            for name, values in figures.items()}
-
-
 def spreads(figures):
-    """Of what was repeated."""
-    return [machine.spread(values) for values in figures.values()
-            if len(values) > 1]
+    """Of what was repeated; parts of a step are within it."""
+    return [machine.spread(values) for name, values in figures.items()
+            if len(values) > 1 and name[0] != "part"]
 
 
 def verdicts(table):
-    return page.table(["", "measured", "asked for", "", ""],
+    return page.table(["", "measured", "asked for", "", "runs", ""],
                       [row.words() for row in table])
 
 
@@ -160,10 +181,11 @@ def speeds(figures):
     """A table of all rates, medians and spreads."""
     lines = []
     for name, values in figures.items():
-        if name[0] not in ("ours", "plain", "taichi", "warp", "serial"):
+        if name[0] not in RATES:
             continue
         lines.append([" ".join(map(str, name)).replace("_", " "),
                       f"{statistics.median(values) / 1e6:.2f}",
-                      f"{min(values) / 1e6:.2f} to {max(values) / 1e6:.2f}"])
+                      f"{min(values) / 1e6:.2f} to {max(values) / 1e6:.2f}",
+                      len(values)])
     return page.table(["who, dimension, order, threads", "M updates/s",
-                       "range"], lines)
+                       "range", "runs"], lines)
