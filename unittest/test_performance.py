@@ -319,55 +319,148 @@ class SpeedTest(unittest.TestCase):
         self.assertAlmostEqual(machine.spread([1, 2, 3]), 1)
 
 
+class OptionsTest(unittest.TestCase):
+
+    def refused(self, name, *words):
+        result = subprocess.run(
+            [sys.executable, ROOT / name, *words], capture_output=True, text=True)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertNotIn("Traceback", result.stderr)
+        return result.stderr
+
+    def test_a_page_shows_no_trials(self):
+        before = page.PAGE.read_bytes()
+        for name, words, reason in (
+                ("speed", ["--fast"], "leave out --docs or --fast"),
+                ("speed", ["--rounds", "2"], "at least 3 rounds, not 2"),
+                ("speed", ["--dimensions", "2"], "or --dimensions"),
+                ("sod_sweep", ["--largest", "2"], "or --largest"),
+                ("sod_sweep", ["--cylinders", "0"], "or --cylinders"),
+                ("sod_sweep", ["--seconds", ".1"], "or --seconds"),
+                ("sod_sweep", ["--rounds", "1"], "at least 3 rounds, not 1"),
+                ("performance", ["--rounds", "2"], "2 is no whole number of at least 3")):
+            self.assertIn(reason, self.refused(name, *words, *(
+                ["--docs"] if name != "performance" else [])))
+        self.assertEqual(page.PAGE.read_bytes(), before)
+
+    def test_wrong_options_are_named(self):
+        for name, words, reason in (
+                ("speed", ["--python", "/nonexistent"], "is no program"),
+                ("speed", ["--build", "/nonexistent"], "is missing"),
+                ("speed", ["--rounds", "0"], "at least 1"),
+                ("sod_sweep", ["--threads", "0"], "at least 1"),
+                ("sod_sweep", ["--seconds", "-5"], "no number above 0"),
+                ("sod_sweep", ["--build", "/nonexistent"], "is not built"),
+                ("performance", ["--python", "/nonexistent"],
+                 "is no program")):
+            self.assertIn(reason, self.refused(name, *words))
+
+
 class SweepTest(unittest.TestCase):
 
-    def test_slope(self):
-        points = [{"cells": [n], "step": 1e-4 + 1e-6 * n ** 1.1}
-                  for n in (100, 200, 2000, 20000)]
-        for point in points[2:]:
-            point["step"] = 1e-6 * point["cells"][0] ** 1.1
-        self.assertAlmostEqual(sweep.slope(points), 1.1)
-        self.assertIsNone(sweep.slope(points[:3]))
+    def test_slope_and_what_is_off_it(self):
+        points = [{"cells": [n], "step": 1e-6 * n ** 1.1}
+                  for n in (100, 200, 2000, 20000, 200000)]
+        points[1]["step"] = 1  # within the first decade
+        slope, residual = sweep.fit(points)
+        self.assertAlmostEqual(slope, 1.1)
+        self.assertAlmostEqual(residual, 0)
+        # Half as much again in the middle: a third of its logarithm is the line's.
+        points[3]["step"] *= 1.5
+        slope, residual = sweep.fit(points)
+        self.assertAlmostEqual(slope, 1.1)
+        self.assertAlmostEqual(residual, 1.5 ** (2 / 3) - 1)
+        self.assertEqual(sweep.fit(points[:3]), (None, None))
+
+    class Runner:
+        """Pretends: a timed step takes as long as its cells say, the first as ten
+        of them and a mean one to the end as two."""
+
+        def __init__(self, name):
+            self.name, self.ran = name, []
+
+        def run(self, cells, steps=None, end=None):
+            timed = bool(steps or end)
+            steps = steps or (cells[0] // 10 if end else 2 * cells[0])
+            self.ran.append((cells[0], steps))
+            mean = 1e-5 * math.prod(cells) * (1 if timed else 2)
+            seconds = {name: {"sum": 0} for name in sweep.ACTIVITIES}
+            seconds["compute"]["sum"] = 1e-4 * math.prod(cells) + \
+                mean * (steps - 1)
+            summary = {"steps": steps, "particles_initial": 3 * cells[0],
+                       "first_step_seconds": 1e-4 * math.prod(cells),
+                       "final_time": 0.1,
+                       "communication": {"seconds": seconds},
+                       "peak_memory_bytes": 1000 * math.prod(cells)}
+            return summary, sum(part["sum"] for part in seconds.values())
 
     def test_sizes_are_run_as_far_as_time_and_memory_allow(self):
-        class Runner:
-            scene = {"scene": "pretended"}
-
-            def run(self, cells, steps):
-                steps = min(steps, 2 * cells[0])
-                seconds = {name: {"sum": 0} for name in sweep.ACTIVITIES}
-                # The first step takes as long as ten others.
-                seconds["compute"]["sum"] = 1e-5 * cells[0] * (steps + 9)
-                return {"steps": steps, "particles_initial": 3 * cells[0],
-                        "first_step_seconds": 1e-4 * cells[0],
-                        "communication": {"seconds": seconds},
-                        "peak_memory_bytes": 1000 * cells[0]}
+        runner = self.Runner("sod")
+        called = []
         points, reason = sweep.measure(
-            Runner(), [(100,), (200,), (400,), (800,), (80000,), (160000,)],
-            1.0, memory=lambda: 1.5e8)
-        self.assertEqual([p["steps"] for p in points], [200, 400, 241, 121, 21])
+            runner, [(100,), (200,), (400,), (800,), (6400,), (160000,)], 3, 2.0,
+            memory=lambda: 1.5e8, between=lambda: called.append(1))
+        self.assertEqual(len(called), 3)
+        self.assertEqual([p["steps"] for p in points], [41] * 5)
         for point in points:
             self.assertAlmostEqual(point["step"], 1e-5 * point["cells"][0])
+            self.assertAlmostEqual(point["late"], 2)
+        # 3.2 s for a run of the finest: that was enough.
+        self.assertEqual([p["runs"] for p in points], [3, 3, 3, 3, 1])
         self.assertEqual([p["all_steps"] for p in points],
-                         [200, 400, 800, 1600, 160000])
+                         [200, 400, 800, 1600, 12800])
         self.assertEqual([p["measured"] for p in points],
                          [True, True, False, False, False])
-        self.assertAlmostEqual(points[2]["seconds"], 3.2 + 9 * 4e-3)
+        self.assertAlmostEqual(points[2]["seconds"], 4e-2 + 799 * 8e-3)
         self.assertIn("160000 cells and more need some 0.2 GB", reason)
+        self.assertEqual([steps for n, steps in runner.ran if n == 100],
+                         [41, 200, 41, 41])
+
+    def test_the_cylinder_is_run_to_the_same_time(self):
+        runner = self.Runner("cylinder_mach3")
+        points, reason = sweep.measure(
+            runner, [(100, 50), (200, 100), (400, 200), (800, 400)], 2, 10.0,
+            memory=lambda: math.inf)
+        self.assertEqual([p["steps"] for p in points], [10, 20, 40])
+        # Eight times as long for each: .95, 5.8, 39.2 and more than six times 10.
+        self.assertIn("800 x 400 cells and more need some 314 s a run", reason)
 
     def test_a_sweep_of_sod(self):
         with tempfile.TemporaryDirectory() as scratch:
             scratch = pathlib.Path(scratch)
+            mine = scratch / "run" / "mine.txt"
+            mine.parent.mkdir()
+            mine.write_text("kept")
             code = subprocess.run(
                 [sys.executable, ROOT / "sod_sweep", "--build",
-                 f"here={MACHPOINT.parent}", "--seconds", "0.02", "--largest",
-                 "5", "--cylinders", "0", "--threads", "1", "--output",
+                 f"here={MACHPOINT.parent}", "--seconds", "1", "--rounds", "2",
+                 "--largest", "5", "--cylinders", "0", "--threads", "1", "--output",
                  scratch], check=True, capture_output=True, text=True)
             self.assertIn("slope", code.stdout)
             record = json.loads((scratch / "results.json").read_text())
-            self.assertEqual([p["cells"] for p in record["lines"]["sod, here"]],
+            points = record["lines"]["sod, here"]
+            self.assertEqual([p["cells"] for p in points],
                              [[100 * 2 ** k] for k in range(6)])
+            self.assertEqual(points[0]["runs"], 2)
+            self.assertEqual(list(record["revisions"]), ["here"])
             self.assertTrue((scratch / "sod_sweep.png").exists())
+            self.assertEqual(mine.read_text(), "kept")
+
+    def test_builds_of_one_name_are_refused_and_revisions_told(self):
+        build = MACHPOINT.parent
+        result = subprocess.run(
+            [sys.executable, ROOT / "sod_sweep", "--build", build, "--build",
+             build], capture_output=True, text=True)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("are both called", result.stderr)
+        record = {"revisions": {"a": "1", "b": "2"}, "processor": "", "threads": 1,
+                  "rounds": 3, "slopes": {}, "lines": {}, "left_out": [],
+                  "machine": {"quiet": True, "load_before": 0, "others": 0,
+                              "median_spread": 0.01}}
+        text = program("sod_sweep").section
+        self.assertIn("a `1`, b `2`", text(record, False))
+        record["revisions"]["b"] = "1"
+        self.assertIn("Machpoint `1`", text(record, True))
 
 
 class GpuCodeTest(unittest.TestCase):

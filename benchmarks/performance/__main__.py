@@ -1,10 +1,12 @@
 """Regenerates the tables and pictures of docs/performance.md, in turn.
 
-Usage: python3 benchmarks/performance [--python PATH]
+Usage: python3 benchmarks/performance [--python PATH] [--rounds NUMBER]
 
-Runs benchmarks/speed, benchmarks/kernels and benchmarks/sod_sweep with --docs, on
-the presets that are built. PATH: an interpreter that has taichi and warp. Takes
-an hour or more, of a quiet machine. Exit code: 0, or that of the one that failed.
+Runs benchmarks/speed, benchmarks/kernels and benchmarks/sod_sweep with --docs, once it
+has seen that there is what they need: the presets serial and openmp, of one revision,
+and what draws pictures. PATH: an interpreter that has taichi and warp. NUMBER: rounds of the first and the last, at
+least 3 (default: as each has it). Takes an hour or more, of a quiet machine. Exit
+code: 0, or that of the one that failed.
 """
 import argparse
 import pathlib
@@ -12,14 +14,34 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parents[1]
+sys.path += [str(HERE / "kernels"), str(HERE / "speed")]
+
+import figure # says what pictures lack
+import jobs
+import options
+import page
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--python", metavar="PATH", default=sys.executable)
+    parser.add_argument("--python", metavar="PATH", type=options.program,
+                        default=sys.executable)
+    parser.add_argument("--rounds", metavar="NUMBER",
+                        type=options.whole(options.ROUNDS))
     arguments = parser.parse_args()
-    for words in (["speed", "--python", arguments.python], ["kernels"],
-                  ["sod_sweep"]):
+    build = page.ROOT / "build"
+    missing = jobs.missing(build / "openmp") or jobs.missing(build / "serial")
+    if missing:
+        parser.error(f"{missing.relative_to(page.ROOT)} is missing: build the "
+                     "presets serial and openmp")
+    revisions = {jobs.revision(build / name / "machpoint")
+                 for name in ("serial", "openmp")}
+    if len(revisions) > 1:
+        parser.error(f"the builds are of {' and '.join(sorted(revisions))}: build "
+                     "both anew")
+    rounds = ["--rounds", str(arguments.rounds)] if arguments.rounds else []
+    for words in (["speed", "--python", arguments.python, *rounds], ["kernels"],
+                  ["sod_sweep", *rounds]):
         code = subprocess.run([sys.executable, HERE / words[0], *words[1:],
                                "--docs"], check=False).returncode
         if code != 0:

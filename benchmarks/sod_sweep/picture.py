@@ -26,8 +26,9 @@ def draw(record, path):
     low, high = left.get_ylim()
     first, last = left.get_xlim()
     # A line of slope 1 below all others, for the eye.
-    start = low * 1.3
-    left.loglog([first, first * high / start], [start, high], ":",
+    below = 0.6 * min(point["step"] / math.prod(point["cells"])
+                      for points in record["lines"].values() for point in points)
+    left.loglog([first, last], [below * first, below * last], ":",
                 color="grey", label="slope 1")
     left.set_xlim(first, last)
     left.set_ylim(low, high)
@@ -36,7 +37,7 @@ def draw(record, path):
     right.set_ylabel("seconds to the end")
     right.plot([], [], "o", color="grey", label="run to the end")
     right.plot([], [], "o", color="grey", markerfacecolor="white",
-               label="predicted: time of a step x steps")
+               label="predicted from the time of a step")
     right.legend(fontsize=8, loc="upper left")
     for axes in (left, right):
         axes.set_xlabel("cells")
