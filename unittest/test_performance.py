@@ -31,6 +31,7 @@ import pairs
 import results
 import sweep
 import targets
+from median import Median
 from sizes import FULL
 
 TINY = ["--small", "--particles", "300", "--samples", "1"]
@@ -230,6 +231,8 @@ class SpeedTest(unittest.TestCase):
         self.assertEqual(
             rows[part.format("G2P")].words()[1:5],
             ["2", "<= 1.47", "**missed**", 1])
+        self.assertEqual(targets.Row("", Median(1.4003, 2), most=1.4).words()[1:5],
+                         ["1.4003", "<= 1.4", "**missed**", 2])
         # Nobody asks for these.
         for text, value in (
                 ("2D `apic`, ordered, 1 thread(s), over Taichi", 30 / 40),

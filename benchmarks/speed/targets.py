@@ -34,17 +34,17 @@ class Row:
                 (self.most is None or value <= self.most))
 
     def words(self):
-        value = self.figure.value
-        unit = f" {self.unit}" if self.unit else ""
-        measured = "-" if value is None else f"{value:.3g}{unit}"
-        asked = "-"
-        if self.least is not None:
-            asked = f">= {self.least:.3g}{unit}"
-        elif self.most is not None:
-            asked = f"<= {self.most:.3g}{unit}"
+        value, unit = self.figure.value, f" {self.unit}" if self.unit else ""
+        bound, sign = (self.most, "<=") if self.least is None else \
+            (self.least, ">=")
+        asked = "-" if bound is None else f"{bound:.3g}"
+        measured = "-" if value is None else f"{value:.3g}"
+        if self.met is False and measured == asked:
+            measured = f"{value:.5g}"  # by how little
         verdict = {None: "-", True: "met", False: "**missed**"}[self.met]
-        return [self.text, measured, asked, verdict, self.figure.runs or "-",
-                self.note]
+        return [self.text, measured if value is None else measured + unit,
+                asked if bound is None else f"{sign} {asked}{unit}", verdict,
+                self.figure.runs or "-", self.note]
 
 
 class PlainLoop:
