@@ -115,10 +115,12 @@ def cost_rows(of):
         yield Row(f"2D `conservative` {time} over `apic`, cost of a particle step",
                   apic / of["ours", method, 2, "ordered", 1], most=1.8)
         for part in (name[2] for name in of if name[:2] == ("part", method)):
-            longer = of["part", "apic", part] / of["part", method, part]
-            # What `apic` does without has nothing to be held against.
-            if longer.value is None:
+            # A part that `apic` does without, or whose bytes nobody counts, has
+            # nothing to be held against.
+            if not of["bytes", "apic", part].value or \
+                    not of["bytes", method, part].value:
                 continue
+            longer = of["part", "apic", part] / of["part", method, part]
             more = of["bytes", method, part] / of["bytes", "apic", part]
             yield Row(f"the same, {part} alone, bound by its bytes over those of "
                       "`apic`", longer, most=more.value)
