@@ -1,11 +1,12 @@
-# What tools/setup, tools/run and tools/test share. Sourced, never run.
+# What tools/setup, tools/run, tools/test and tools/gpu_check share. Sourced, never run.
 # shellcheck shell=bash
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 # Debian's own has the packages that the tools need; another may come first on the PATH.
+# Elsewhere that one will do.
 # shellcheck disable=SC2034 # used where this is sourced
-python=${MACHPOINT_PYTHON:-/usr/bin/python3}
+python=${MACHPOINT_PYTHON:-$(PATH=/usr/bin:$PATH type -P python3 || echo /usr/bin/python3)}
 
 # Notes go to stderr: stdout belongs to the program that is run.
 say() { printf 'machpoint: %s\n' "$*" >&2; }

@@ -1,8 +1,6 @@
 """tools/gpu_check, less what only a GPU can show."""
 
 import argparse
-import importlib.machinery
-import importlib.util
 import json
 import os
 import pathlib
@@ -10,13 +8,12 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 TOOL = pathlib.Path(__file__).resolve().parent.parent / "tools" / "gpu_check"
-sys.dont_write_bytecode = True
-loader = importlib.machinery.SourceFileLoader("gpu_check", str(TOOL))
-gpu_check = importlib.util.module_from_spec(
-    importlib.util.spec_from_loader("gpu_check", loader))
-loader.exec_module(gpu_check)
+sys.path.insert(0, str(TOOL.parent))
+
+import gpu_check
 
 
 class Scratch(unittest.TestCase):
@@ -29,17 +26,22 @@ class Scratch(unittest.TestCase):
 
 class CommandLine(Scratch):
 
-    def run_tool(self, *arguments, gpus=None):
+    def program(self, name, text):
+        """Puts one first on the PATH, which prints a text."""
+        path = self.folder / "bin" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(f"#!/bin/sh\necho '{text}'\n")
+        path.chmod(0o755)
+
+    def run_tool(self, *arguments, gpus=None, python=sys.executable):
         """gpus: what nvidia-smi prints; None: there is none."""
-        path = self.folder / "bin"
-        path.mkdir(exist_ok=True)
         if gpus is not None:
-            (path / "nvidia-smi").write_text(f"#!/bin/sh\necho '{gpus}'\n")
-            (path / "nvidia-smi").chmod(0o755)
+            self.program("nvidia-smi", gpus)
         return subprocess.run(
-            [sys.executable, TOOL, "--output", self.folder / "out", *arguments],
+            [TOOL, "--output", self.folder / "out", *arguments],
             capture_output=True, text=True, timeout=60,
-            env=dict(os.environ, PATH=f"{path}:/bin"))
+            env=dict(os.environ, PATH=f"{self.folder / 'bin'}:/bin",
+                     MACHPOINT_PYTHON=python))
 
     @unittest.skipIf(pathlib.Path("/bin/nvidia-smi").exists(),
                      "this machine has a GPU")
@@ -60,8 +62,27 @@ class CommandLine(Scratch):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         text = (self.folder / "out/report.md").read_text()
         self.assertIn("GPU 0: of this test", text)
-        self.assertIn("| build | not run: `tools/gpu_check --stage build`",
-                      text)
+        self.assertIn("| device | passed | cuda against openmp |", text)
+        self.assertIn("| build | not run: `tools/gpu_check --output "
+                      f"{self.folder}/out --stage build`", text)
+
+    def test_the_call_to_repeat_has_the_options_of_this_one(self):
+        options = ["--preset", "openmp", "--reference=serial", "--quick", "--set",
+                   "Machpoint_DIMENSIONS=1;2"]
+        result = self.run_tool("--stage", "device", *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        text = (self.folder / "out/report.md").read_text()
+        self.assertIn("| device | passed | openmp against serial |", text)
+        self.assertIn("--preset openmp --reference=serial --quick --set "
+                      "'Machpoint_DIMENSIONS=1;2' --stage sweep`", text)
+
+    def test_the_python_that_is_named_and_not_the_first(self):
+        self.program("python3", "the first")
+        self.assertIn("gpu_check: device", self.run_tool("--dry-run").stdout)
+        # None is named: Debian's own, where there is one.
+        own = pathlib.Path("/usr/bin/python3").exists()
+        self.assertIn("gpu_check: device" if own else "the first",
+                      self.run_tool("--dry-run", python="").stdout)
 
     def test_dry_run(self):
         result = self.run_tool("--dry-run")
@@ -70,7 +91,18 @@ class CommandLine(Scratch):
             self.assertIn(f"gpu_check: {stage}\n", result.stdout)
         self.assertIn("--preset cuda", result.stdout)
         self.assertIn("build/gpu_check/cuda", result.stdout)
-        self.assertFalse(list((self.folder / "out").glob("*.json")))
+        self.assertFalse((self.folder / "out").exists())
+
+    def test_a_dry_run_keeps_what_is_there(self):
+        out = self.folder / "out"
+        out.mkdir()
+        names = [*(f"{stage}.log" for stage in gpu_check.STAGES), "ctest.xml",
+                 "kernels.json", "ncu.csv"]
+        for name in names:
+            (out / name).write_text("of an earlier call")
+        self.assertEqual(self.run_tool("--dry-run").returncode, 0)
+        self.assertEqual({path.name: path.read_text() for path in out.iterdir()},
+                         dict.fromkeys(names, "of an earlier call"))
 
 
 class Stages(Scratch):
@@ -78,7 +110,8 @@ class Stages(Scratch):
     def check(self, **options):
         return gpu_check.Check(argparse.Namespace(**dict(
             dict(preset="cuda", reference="openmp", output=self.folder,
-                 limit=60, quick=True, dry_run=False, set=[]), **options)))
+                 limit=60, quick=True, dry_run=False, set=[], others=[]),
+            **options)))
 
     def test_a_failure_is_recorded(self):
         check = self.check()
@@ -110,6 +143,7 @@ class Stages(Scratch):
 
         def failed(**options):
             check = self.check(**options)
+            check.hides_particles = lambda: ""
             check.remembered = lambda key, make: found
             return check.scenes()["failed"]
 
@@ -119,6 +153,23 @@ class Stages(Scratch):
         (self.folder / "build.json").write_text(
             json.dumps({"set": ["Machpoint_DIMENSIONS=2"]}))
         self.assertEqual(failed(), [])
+
+    def test_summaries_alone_are_no_particles(self):
+        bare = {"precision": "double", "particle_updates_per_second": 1,
+                **dict.fromkeys(gpu_check.SUMMARY, {"same": 1})}
+        check = self.check()
+        check.has_hdf5 = lambda: True
+        check.summary_of = lambda *_: bare
+        check.remembered = lambda key, make: make()
+        import compare_backends
+        with unittest.mock.patch.object(compare_backends, "h5py", None):
+            self.assertTrue(check.perform("scenes"))
+        check.report()
+        text = (self.folder / "report.md").read_text()
+        self.assertIn("| scenes | passed, but by summaries alone, not particle by "
+                      f"particle: {sys.executable} lacks numpy or h5py", text)
+        self.assertIn("| sod | summaries agree |", text)
+        self.assertNotIn("| ok |", text)
 
     def test_summaries_differ(self):
         a = {"steps": 50, "particles_final": 10, "final_time": 0.1,

@@ -1,4 +1,4 @@
-"""What tools/setup, tools/run and tools/test answer before they do anything."""
+"""What tools and benchmarks answer before they do anything."""
 
 import pathlib
 import subprocess
@@ -11,7 +11,7 @@ TOOLS = pathlib.Path(__file__).resolve().parent.parent / "tools"
 class Help(unittest.TestCase):
 
     def test_it_is_the_comment_at_the_top(self):
-        for name in ["setup", "run", "test"]:
+        for name in ["setup", "run", "test", "gpu_check"]:
             source = (TOOLS / name).read_text().splitlines()
             comment = source[1:next(k for k, line in enumerate(source)
                                     if not line.startswith("#"))]
