@@ -517,13 +517,14 @@ class GpuCodeTest(unittest.TestCase):
                                           "LDG.E.64": 1}})
         self.assertEqual(gpu_code.total(counts["_Zk"], "LDG"), 2)
 
-    def test_a_build_without_machine_code_is_an_error(self):
+    def refusal(self, code):
+        """What is said of a build with one kernel."""
         gpu_code = program("gpu_code")
         with tempfile.TemporaryDirectory() as build:
-            (pathlib.Path(build) / "machpoint").touch()
-            (pathlib.Path(build) / "CMakeCache.txt").touch()
+            for name in ("machpoint", "revision.cpp", "CMakeCache.txt"):
+                (pathlib.Path(build) / name).touch()
             words = ["gpu_code", "--build", build, "--cuobjdump", sys.executable]
-            bare = [("gridVelocity", "2", 1, gpu_code.Code(32, 0, {}))]
+            bare = [("gridVelocity", "2", 1, gpu_code.Code(*code))]
             with unittest.mock.patch.object(gpu_code, "read", lambda *_: bare), \
                     unittest.mock.patch.object(gpu_code, "made_of",
                                                lambda _: ("", "double")), \
@@ -532,7 +533,13 @@ class GpuCodeTest(unittest.TestCase):
                     self.assertRaises(SystemExit) as end:
                 gpu_code.main()
         self.assertEqual(end.exception.code, 2)
-        self.assertIn("needs nvdisasm", said.getvalue())
+        return said.getvalue()
+
+    def test_a_build_without_machine_code_is_an_error(self):
+        self.assertIn("needs nvdisasm", self.refusal((32, 0, {})))
+
+    def test_a_build_without_optimisation_is_an_error(self):
+        self.assertIn("build it with optimisation", self.refusal((0, 0, {"LDC": 1})))
 
     def test_registers_bound_the_warps(self):
         gpu_code = program("gpu_code")

@@ -83,9 +83,11 @@ def total(counts, pattern):
 
 def read(executable, cuobjdump):
     """[(function, arguments, number, Code)] of the kernels of an executable."""
-    used = resources(subprocess.run(
-        [cuobjdump, "--dump-resource-usage", executable], check=True,
-        capture_output=True, text=True).stdout)
+    found = subprocess.run([cuobjdump, "--dump-resource-usage", executable],
+                           check=False, capture_output=True, text=True)
+    if found.returncode != 0:
+        sys.exit(f"{cuobjdump} cannot read {executable}: {found.stderr.strip()}")
+    used = resources(found.stdout)
     with subprocess.Popen([cuobjdump, "-sass", executable], text=True,
                           stdout=subprocess.PIPE) as process:
         counts = instructions(process.stdout)
@@ -155,9 +157,10 @@ def main():
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
     executable = arguments.build / "machpoint"
-    if not executable.exists():
-        parser.error(f"{executable} is not built; see --build and the top of "
-                     f"{os.path.relpath(__file__)}")
+    for name in ("machpoint", "revision.cpp", "CMakeCache.txt"):
+        if not (arguments.build / name).exists():
+            parser.error(f"{arguments.build / name} is missing; see --build and the "
+                         f"top of {os.path.relpath(__file__)}")
     if not shutil.which(arguments.cuobjdump):
         parser.error("no cuobjdump: put the CUDA toolkit's on the PATH, or pip "
                      "install nvidia-cuda-cuobjdump nvidia-cuda-nvdisasm and "
@@ -168,6 +171,9 @@ def main():
         parser.error(f"{arguments.cuobjdump} showed no machine code of "
                      f"{executable}; it needs nvdisasm beside it or on the "
                      "PATH")
+    if any(code.registers == 0 for *_, code in kernels):
+        parser.error(f"{arguments.cuobjdump} tells no registers of the kernels of "
+                     f"{executable}: build it with optimisation, as the preset does")
     text, wrong = section(kernels, precision)
     text = (f"Written by `python3 benchmarks/gpu_code --docs`; {made}.\n\n"
             f"{text}")
