@@ -12,7 +12,8 @@ precision, in turn and on one thread:
         cmake --build build/$p --target machpoint
     done
 
---docs writes docs/performance.md. Exit code: 0; 2 without three such builds.
+--docs writes docs/performance.md, of all scenes and at least three rounds. Exit code:
+0; 2 without three such builds.
 """
 import argparse
 import pathlib
@@ -25,6 +26,7 @@ sys.path += [str(pathlib.Path(__file__).resolve().parents[1] / name)
 
 import jobs
 import machine
+import options
 import page
 
 PRECISIONS = ["double", "mixed", "single"]
@@ -120,11 +122,14 @@ def main():
     for name, folder in zip(PRECISIONS, ("serial", "mixed", "single")):
         parser.add_argument(f"--{name}", type=pathlib.Path, metavar="DIR",
                             default=page.ROOT / "build" / folder)
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--rounds", type=options.whole(1), metavar="NUMBER")
     parser.add_argument("--fast", action="store_true",
-                        help="three scenes in 2D, one round: a trial")
+                        help="three scenes in 2D, by default one round: a trial")
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
+    fast = arguments.fast
+    rounds = arguments.rounds or (1 if fast else 5)
+    options.require_full(parser, arguments, rounds, ["fast"])
     builds = {name: getattr(arguments, name) / "machpoint"
               for name in PRECISIONS}
     for build in builds.values():
@@ -145,15 +150,15 @@ def main():
                 parser.error(f"{builds[which]} computes in "
                              f"{summary['precision']} precision; see --{which}")
             return summary
-        fast = arguments.fast
         errors = error_rows(run, [("translation", CONSERVATIVE, None)]
                             if fast else ERRORS)
         grids = grid_rows(run, GRIDS[:1] if fast else GRIDS)
         speeds, spreads = speed_rows(
             run, [(*SPEEDS[2][:3], 10)] if fast else SPEEDS,
-            1 if fast else arguments.rounds)
-    text = (f"Written by `python3 benchmarks/precision --docs` "
-            f"({arguments.rounds} rounds, one thread) on {machine.processor()}; "
+            rounds)
+    how = " --docs" if arguments.docs else " --fast" if fast else ""
+    text = (f"Written by `python3 benchmarks/precision{how}` "
+            f"({rounds} rounds, one thread) on {machine.processor()}; "
             f"revision `{jobs.revision(builds['single'])}`. "
             f"{machine.in_words(watch.report(spreads))}\n\n"
             f"{speeds}\nErrors of the density (L1) at the end, all with "
