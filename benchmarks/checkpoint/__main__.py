@@ -12,7 +12,8 @@ their ranges in brackets. Seconds end when the file is on the disk (fsync), of b
 a checkpoint's are those of its phase. Processor time (user and system) tells more on
 a busy machine; a checkpoint's is what a run with one takes more than one without.
 Memory is that of all ranks. Before each measurement the disk's queue is emptied
-(sync). With DIR in /dev/shm there is no disk. Exit code: 0.
+(sync). All files are in a folder of their own in DIR, which is gone at the end; with
+DIR in /dev/shm there is no disk. Exit code: 0.
 """
 import argparse
 import json
@@ -20,19 +21,21 @@ import multiprocessing
 import os
 import pathlib
 import resource
+import shlex
 import shutil
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "performance"))
 
-# One thread each; Open MPI's ways to share cores and to run as root.
-ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false",
-                   OMPI_MCA_rmaps_base_oversubscribe="1",
-                   OMPI_ALLOW_RUN_AS_ROOT="1",
-                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+import executable
+import launcher
+import options
+from page import ROOT
+
 BLOCK = 4 << 20
 
 
@@ -77,44 +80,44 @@ def plain_write(path, size, processes):
     return seconds, processor_seconds() - before
 
 
-def run(arguments, ranks, *more):
+def run(arguments, directory, ranks, *more):
     """Summary of a run, and its processor time."""
     scene = ROOT / "input" / "kelvin_helmholtz.json"
     keys = {"grid.cells": [arguments.cells] * 2, "output.particles": False,
             "output.grid": False}
     settings = [*(f"{key}={json.dumps(value)}" for key, value in keys.items()),
                 *arguments.settings]
-    directory = arguments.output / "run"
     command = [str(arguments.machpoint), "run", str(scene), "--quiet",
                "--output", str(directory), *more]
     for setting in settings:
         command += ["--set", setting]
     if ranks > 1:
-        command = [*arguments.mpiexec.split(), "-n", str(ranks), *command]
+        command = [*arguments.mpiexec, "-n", str(ranks), *command]
     os.sync()
     before = processor_seconds()
-    subprocess.run(command, check=True, env=ENVIRONMENT,
-                   stdout=subprocess.DEVNULL)
+    code = subprocess.run(command, env=launcher.ENVIRONMENT, check=False,
+                          stdout=subprocess.DEVNULL).returncode
+    if code != 0:
+        sys.exit(f"exit code {code}: {shlex.join(command)}")
     return (json.loads((directory / "summary.json").read_text()),
             processor_seconds() - before)
 
 
-def measure(arguments, ranks):
-    """One round: {figure: value}."""
-    directory = arguments.output / "run"
-    shutil.rmtree(directory, ignore_errors=True)
-    without, least = run(arguments, ranks, "--max-steps", "0")
+def measure(arguments, folder, ranks):
+    """One round in an empty folder: {figure: value}."""
+    directory = folder / "run"
+    without, least = run(arguments, directory, ranks, "--max-steps", "0")
     shutil.rmtree(directory)
-    kept, more = run(arguments, ranks, "--max-steps", "0", "--set",
-               'checkpoint={"every_steps":1}')
+    kept, more = run(arguments, directory, ranks, "--max-steps", "0", "--set",
+                     'checkpoint={"every_steps":1}')
     phase, = [p for p in kept["phases"] if p["name"] == "checkpoint"]
     file, = (directory / "checkpoints").glob("*.h5")
     size = file.stat().st_size
-    restarted, _ = run(arguments, ranks, "--max-steps", "0", "--restart",
-                    "latest")
+    restarted, _ = run(arguments, directory, ranks, "--max-steps", "0",
+                       "--restart", "latest")
     shutil.rmtree(directory)
     os.sync()
-    plain, plain_work = plain_write(arguments.output / "plain", size, ranks)
+    plain, plain_work = plain_write(folder / "plain", size, ranks)
     return {"particles": kept["particles_final"], "bytes": size,
             "checkpoint": phase["seconds"], "plain": plain,
             "checkpoint_work": more - least, "plain_work": plain_work,
@@ -149,24 +152,33 @@ def show(ranks, rounds):
           f"{memory['memory_restart']:.2f} GB of a restart", flush=True)
 
 
+def counts(text):
+    """A type of argparse: whole numbers above 0."""
+    return list(map(options.whole(1), text.split(",")))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--machpoint", metavar="PATH",
-                        default=ROOT / "build/openmp/machpoint")
-    parser.add_argument("--cells", type=int, default=1600, metavar="NUMBER")
-    parser.add_argument("--ranks", default="1,2", metavar="NUMBER,...")
-    parser.add_argument("--repeats", type=int, default=5, metavar="NUMBER")
+    executable.add_option(parser)
+    parser.add_argument("--cells", type=options.whole(1), default=1600,
+                        metavar="NUMBER")
+    parser.add_argument("--ranks", type=counts, default="1,2",
+                        metavar="NUMBER,...")
+    parser.add_argument("--repeats", type=options.whole(1), default=5,
+                        metavar="NUMBER")
     parser.add_argument("--set", action="append", dest="settings", default=[],
                         metavar="path=value")
     parser.add_argument("--mpiexec", default="mpirun", metavar="COMMAND")
-    parser.add_argument("--output", type=pathlib.Path, metavar="DIR",
-                        default=pathlib.Path("out/checkpoint"))
+    parser.add_argument("--output", type=options.folder, metavar="DIR",
+                        default="out/checkpoint")
     arguments = parser.parse_args()
-    arguments.output.mkdir(parents=True, exist_ok=True)
-    rounds = {int(ranks): [] for ranks in arguments.ranks.split(",")}
-    for _ in range(arguments.repeats):
-        for ranks, found in rounds.items():
-            found.append(measure(arguments, ranks))
+    if max(arguments.ranks) > 1:
+        arguments.mpiexec = launcher.find(parser, arguments.mpiexec)
+    rounds = {ranks: [] for ranks in arguments.ranks}
+    with tempfile.TemporaryDirectory(dir=arguments.output) as folder:
+        for _ in range(arguments.repeats):
+            for ranks, found in rounds.items():
+                found.append(measure(arguments, pathlib.Path(folder), ranks))
     for ranks, found in rounds.items():
         show(ranks, found)
     return 0

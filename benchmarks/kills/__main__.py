@@ -2,8 +2,8 @@
 undisturbed run.
 
 Usage: python3 benchmarks/kills [INPUT] [--kills NUMBER] [--seed NUMBER]
-           [--ranks NUMBER] [--machpoint PATH] [--output DIR]
-           [--set path=value]...
+           [--ranks NUMBER] [--machpoint PATH] [--mpiexec COMMAND]
+           [--output DIR] [--set path=value]...
 
 Each kill is a SIGKILL at a random moment: while a step is computed, or an output
 or a checkpoint written, or a checkpoint read. Of several ranks it hits any one,
@@ -11,7 +11,8 @@ and the others have to end within half a minute. (The launcher itself may not: s
 ranks.py. It is ended then, and counted.) The last word has a run that is
 let finish. Every dataset of its outputs must then have the same bytes as those of
 the undisturbed run (on one thread sums repeat exactly), and no file may be
-broken. Exit code: 0 if so, else 1.
+broken. All runs have a folder of their own in DIR, which stays if something is
+wrong. Exit code: 0 if nothing is, else 1.
 """
 import argparse
 import os
@@ -21,13 +22,19 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
-import h5py
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "performance"))
 
+import executable
+import launcher
+import options
+import packages
 import ranks
+from page import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+h5py = packages.find("h5py")
 
 
 def parse():
@@ -35,26 +42,20 @@ def parse():
         description=__doc__.split("\n\n", maxsplit=1)[0])
     parser.add_argument("input", nargs="?",
                         default=ROOT / "input" / "cylinder_mach3.json")
-    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--kills", type=options.whole(1), default=50)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--ranks", type=int, default=1)
-    parser.add_argument("--machpoint",
-                        default=ROOT / "build" / "openmp" / "machpoint")
-    parser.add_argument("--output", type=pathlib.Path,
-                        default=pathlib.Path("out/kills"))
+    parser.add_argument("--ranks", type=options.whole(1), default=1)
+    executable.add_option(parser)
+    parser.add_argument("--mpiexec", default="mpirun")
+    parser.add_argument("--output", type=options.folder, default="out/kills")
     parser.add_argument("--set", action="append", dest="settings", default=[])
-    arguments = parser.parse_args()
+    arguments = packages.parse(parser)
+    if arguments.ranks > 1:
+        arguments.mpiexec = launcher.find(parser, arguments.mpiexec)
     if not arguments.settings and "cylinder_mach3" in str(arguments.input):
         arguments.settings = ["grid.cells=[80,40]", "time.end=1",
                               "output.every=0.05"]
     return arguments
-
-
-# One thread each; Open MPI's ways to share cores and to run as root.
-ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false",
-                   OMPI_MCA_rmaps_base_oversubscribe="1",
-                   OMPI_ALLOW_RUN_AS_ROOT="1",
-                   OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
 
 
 class Run:
@@ -64,7 +65,8 @@ class Run:
         self.command = [str(arguments.machpoint), "run", str(arguments.input),
                         "--quiet", "--set", 'checkpoint={"every_steps":5}']
         if arguments.ranks > 1:
-            self.command = ["mpirun", "-n", str(arguments.ranks), *self.command]
+            self.command = [*arguments.mpiexec, "-n", str(arguments.ranks),
+                            *self.command]
         for setting in arguments.settings:
             self.command += ["--set", setting]
 
@@ -72,7 +74,7 @@ class Run:
         return subprocess.Popen(
             [*self.command, "--output", str(directory), *more],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            env=ENVIRONMENT)
+            env=launcher.ENVIRONMENT)
 
     def finish(self, directory, *more):
         """Seconds of a run to its end."""
@@ -124,9 +126,8 @@ def main():
     arguments = parse()
     run = Run(arguments)
     rng = random.Random(arguments.seed)
-    whole, killed = arguments.output / "whole", arguments.output / "killed"
-    for directory in [whole, killed]:
-        shutil.rmtree(directory, ignore_errors=True)
+    folder = pathlib.Path(tempfile.mkdtemp(dir=arguments.output))
+    whole, killed = folder / "whole", folder / "killed"
     seconds = run.finish(whole)
     print(f"undisturbed: {seconds:.1f} s", flush=True)
     kills = fallbacks = finished = launchers = 0
@@ -155,9 +156,11 @@ def main():
           f"{fallbacks} checkpoints passed over, {launchers} launchers that "
           f"stayed behind; {len(wrong)} of {len(expected)} datasets and files "
           f"differ")
-    for name in wrong:
-        print(f"  {name}")
-    return 1 if wrong else 0
+    if wrong:
+        print("\n  ".join([f"in {folder}:", *wrong]))
+        return 1
+    shutil.rmtree(folder)
+    return 0
 
 
 if __name__ == "__main__":

@@ -1,0 +1,15 @@
+"""The option that names the program to run."""
+import options
+import program
+from page import ROOT
+
+
+def _type(text):
+    program.version(options.program(text))
+    return text
+
+
+def add_option(parser, name="--machpoint"):
+    """It ends the program where what is named is no machpoint."""
+    parser.add_argument(name, metavar="PATH", type=_type,
+                        default=str(ROOT / "build/openmp/machpoint"))
