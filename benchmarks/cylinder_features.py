@@ -12,13 +12,17 @@ From every particle output with time >= first_time (default: the last quarter):
 Exact values (gamma 1.4, Mach 3): density ratio 3.857, pitot 12.06 p_inf; the
 stand-off of a finite-volume reference at this blockage is 0.70 R.
 """
-import glob
-import json
-import os
+import pathlib
 import sys
 
-import h5py
-import numpy as np
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path += [str(HERE / name) for name in ("performance", "reference")]
+
+import cylinder
+import packages
+
+h5py = packages.find("h5py")
+np = packages.find("numpy")
 
 
 def features(path, lower, h, center, radius, free, behind):
@@ -50,31 +54,19 @@ def features(path, lower, h, center, radius, free, behind):
 
 
 def main():
-    folder = sys.argv[1]
-    with open(os.path.join(folder, "summary.json")) as f:
-        scene = json.load(f)["input"]
-    body = next(b["shape"] for b in scene["boundary"]
-                if b["type"] == "obstacle")
-    grid = scene["grid"]
+    run = cylinder.parse(__doc__)
+    grid = run.scene["grid"]
     h = (grid["upper"][0] - grid["lower"][0]) / grid["cells"][0]
-    gas = scene["initial"][0]
-    gamma = next(p["gamma"] for p in scene["physics"] if "gamma" in p)
-    mach = gas["velocity"][0] / np.sqrt(gamma * gas["pressure"] /
-                                        gas["density"])
-    ratio = (gamma + 1) * mach**2 / ((gamma - 1) * mach**2 + 2)
-    first = float(sys.argv[2]) if len(sys.argv) > 2 else \
-        0.75 * scene["time"]["end"]
     rows = []
-    for path in sorted(glob.glob(os.path.join(folder, "particles", "*.h5"))):
+    for path in sorted(run.folder.glob("particles/*.h5")):
         with h5py.File(path) as f:
             time = f.attrs["time"]
-        if time >= first - 1e-9:
+        if time >= run.first - 1e-9:
             rows.append((time,) + features(path, grid["lower"][0], h,
-                                           body["center"], body["radius"],
-                                           gas["density"],
-                                           ratio * gas["density"]))
+                                           run.body["center"], run.body["radius"],
+                                           run.gas["density"], run.behind))
     if not rows:
-        sys.exit(f"{folder}: no output of particles from t = {first:g} on; "
+        sys.exit(f"{run.folder}: no output of particles from t = {run.first:g} on; "
                  "give an earlier time as second argument")
     t, standoff, pitot = np.array(rows).T
     print(f"{len(t)} outputs, t = {t[0]:.3g} to {t[-1]:.3g}")

@@ -12,8 +12,13 @@ grid's new one is of the step before.
 """
 import argparse
 import pathlib
+import sys
 
-import numpy as np
+sys.path.append(str(pathlib.Path(__file__).resolve().parent / "performance"))
+
+import packages
+
+np = packages.find("numpy")
 
 CELLS = 16         # along an axis; units: cells, sound speed, density 1
 LEAST_FILLING = 0.2
@@ -158,7 +163,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--docs", action="store_true",
                         help="write the table to docs/conservative.md")
-    arguments = parser.parse_args()
+    arguments = packages.parse(parser)
     found = table()
     print(found)
     if arguments.docs:

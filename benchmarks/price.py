@@ -17,7 +17,11 @@ import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.append(str(pathlib.Path(__file__).resolve().parent / "performance"))
+
+import executable
+import options
+from page import ROOT
 
 # What is timed: some seconds each.
 TIMED = {
@@ -153,9 +157,9 @@ def main():
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME")
-    parser.add_argument("--program",
-                        default=str(ROOT / "build/openmp/machpoint"))
-    parser.add_argument("--threads", type=int, default=1)
+    executable.add_option(parser, "--program")
+    parser.add_argument("--threads", type=options.whole(1), default=1,
+                        metavar="NUMBER")
     arguments = parser.parse_args()
     for name in arguments.names:
         if name not in TIMED and name not in JUDGED:

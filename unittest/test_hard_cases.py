@@ -17,8 +17,8 @@ import unittest
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent /
-                       "benchmarks" / "hard_cases"))
+ROOT = pathlib.Path(__file__).resolve().parent.parent / "benchmarks"
+sys.path += [str(ROOT / name) for name in ("performance", "hard_cases")]
 
 import draws
 import gas

@@ -10,8 +10,8 @@ import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent /
-                       "benchmarks" / "scaling"))
+ROOT = pathlib.Path(__file__).resolve().parent.parent / "benchmarks"
+sys.path += [str(ROOT / name) for name in ("performance", "scaling")]
 
 import case
 import model
@@ -53,7 +53,7 @@ class BenchTest(unittest.TestCase):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
         bench = case.Bench(os.environ["MACHPOINT_EXECUTABLE"],
-                           os.environ["MACHPOINT_MPIEXEC"], scratch.name)
+                           [os.environ["MACHPOINT_MPIEXEC"]], scratch.name)
         scene = "isentropic_vortex"
         cases = [case.Case(scene, cells, ranks, 3, copies)
                  for cells, ranks, copies in [

@@ -1,11 +1,27 @@
-"""What tools and benchmarks answer before they do anything."""
+"""What tools and benchmarks answer before they do anything, and what they leave alone.
 
+The executable comes from MACHPOINT_EXECUTABLE.
+"""
+
+import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
-TOOLS = pathlib.Path(__file__).resolve().parent.parent / "tools"
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+TOOLS = ROOT / "tools"
+BENCHMARKS = ROOT / "benchmarks"
+# Less `kernels` and `sod_sweep`, which ask for what draws pictures first.
+PROGRAMS = [path.parent if path.name == "__main__.py" else path
+            for path in sorted([*BENCHMARKS.rglob("__main__.py"),
+                                *BENCHMARKS.rglob("cylinder_features.py"),
+                                BENCHMARKS / "frozen_step.py",
+                                BENCHMARKS / "price.py",
+                                BENCHMARKS / "hard_cases/ablation.py",
+                                TOOLS / "gpu_check.py"])
+            if path.parent.name not in ("kernels", "sod_sweep")]
 
 
 class Help(unittest.TestCase):
@@ -31,6 +47,74 @@ class Help(unittest.TestCase):
                     self.assertEqual(
                         result.stdout.splitlines(),
                         [line.removeprefix("#").removeprefix(" ") for line in comment])
+
+
+class WithoutPackages(unittest.TestCase):
+    """Of an interpreter that has its own modules alone."""
+
+    def run_program(self, program, *arguments):
+        with tempfile.TemporaryDirectory() as folder:
+            return subprocess.run(
+                [sys.executable, "-B", "-E", "-s", "-S", program, *arguments],
+                cwd=folder, capture_output=True, text=True, timeout=60)
+
+    def test_help(self):
+        for program in PROGRAMS:
+            with self.subTest(program=program.relative_to(ROOT)):
+                result = self.run_program(program, "--help")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertTrue(result.stdout.startswith("usage: "), result.stdout)
+
+    def test_an_unknown_option(self):
+        for program in PROGRAMS:
+            with self.subTest(program=program.relative_to(ROOT)):
+                result = self.run_program(program, "--unknown-option")
+                self.assertEqual(result.returncode, 2, result.stderr)
+                self.assertIn("usage: ", result.stderr)
+                self.assertNotIn("Traceback", result.stderr)
+
+    def test_what_is_missing_is_named(self):
+        result = self.run_program(BENCHMARKS / "frozen_step.py")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+        self.assertIn("numpy", result.stderr)
+        self.assertIn("run this with /usr/bin/python3", result.stderr)
+
+
+class Documents(unittest.TestCase):
+
+    def test_no_trial_is_written(self):
+        for program in ["precision", "scaling"]:
+            rounds = {"precision": "--rounds", "scaling": "--repeats"}[program]
+            for words in [["--fast"], [rounds, "2"]]:
+                with self.subTest(program=program, words=words), \
+                        tempfile.TemporaryDirectory() as folder:
+                    named = [] if program == "precision" else [
+                        "--machpoint", os.environ["MACHPOINT_EXECUTABLE"]]
+                    result = subprocess.run(
+                        [sys.executable, BENCHMARKS / program, "--docs", *words,
+                         *named], cwd=folder, capture_output=True, text=True,
+                        timeout=60)
+                    self.assertEqual(result.returncode, 2, result.stderr)
+                    self.assertIn("leave out --docs", result.stderr)
+
+
+class Checkpoint(unittest.TestCase):
+
+    def test_files_of_others_stay(self):
+        with tempfile.TemporaryDirectory() as folder:
+            mine = [pathlib.Path(folder) / name for name in ("plain", "run/mine")]
+            mine[1].parent.mkdir()
+            for path in mine:
+                path.write_text("mine")
+            result = subprocess.run(
+                [sys.executable, BENCHMARKS / "checkpoint", "--machpoint",
+                 os.environ["MACHPOINT_EXECUTABLE"], "--cells", "16", "--ranks",
+                 "1", "--repeats", "1", "--output", folder],
+                capture_output=True, text=True, timeout=100)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(sorted(path for path in pathlib.Path(folder).rglob("*")
+                                    if path.is_file()), mine)
 
 
 if __name__ == "__main__":

@@ -20,8 +20,9 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] /
                        "performance"))
 
-import figure # says what pictures lack
+import executable
 import machine
+import options
 import page
 
 ROOT = page.ROOT
@@ -119,14 +120,16 @@ def spreads(study):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--machpoint", metavar="PATH",
-                        default=ROOT / "build/openmp/machpoint")
+    executable.add_option(parser)
     parser.add_argument("--study", metavar="NAME", action="append",
                         choices=STUDIES)
-    parser.add_argument("--repeats", type=int, metavar="NUMBER")
+    parser.add_argument("--repeats", type=options.whole(1), metavar="NUMBER")
     parser.add_argument("--output", metavar="DIR", default="out/accuracy")
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
+    import figure # says what pictures lack
+    if arguments.docs and arguments.repeats:
+        parser.error("--docs takes the repeats of the studies")
     machpoint = pathlib.Path(arguments.machpoint).resolve()
     output = pathlib.Path(arguments.output)
     watch = machine.Watch()

@@ -17,11 +17,16 @@ import json
 import pathlib
 import sys
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "performance"))
+
 import draws
+import executable
+import options
+import packages
 import report
 import stable_cfl
 import suite
-from run import METHODS, ROOT, relative
+from run import METHODS, relative
 
 
 def line(case, result):
@@ -56,25 +61,27 @@ def main():
                         help="seconds instead of hours")
     parser.add_argument("--case", action="append", metavar="NAME")
     parser.add_argument("--method", action="append", choices=list(METHODS))
-    parser.add_argument("--machpoint", metavar="PATH",
-                        default=ROOT / "build/openmp/machpoint")
-    parser.add_argument("--reference", metavar="PATH",
+    executable.add_option(parser)
+    parser.add_argument("--reference", metavar="PATH", type=options.program,
                         help="machpoint_reference; default: beside machpoint")
-    parser.add_argument("--output", metavar="DIR", default="out/hard_cases")
+    parser.add_argument("--output", metavar="DIR", type=options.folder,
+                        default="out/hard_cases")
     parser.add_argument("--keep", action="store_true", help="keep all fields")
     parser.add_argument("--set", action="append", type=override, default=[],
                         metavar="PATH=VALUE", dest="sets")
-    parser.add_argument("--draws", type=int, metavar="NUMBER", default=None)
+    parser.add_argument("--draws", type=options.whole(1), metavar="NUMBER")
     parser.add_argument("--cfl", action="store_true")
     parser.add_argument("--docs", action="store_true")
     parser.add_argument("--kept", action="store_true")
-    arguments = parser.parse_args()
+    arguments = packages.parse(parser)
     if arguments.docs and (arguments.fast or arguments.case or
                            arguments.method or arguments.sets):
         parser.error("--docs is of all cases and methods at full size, as "
                      "they are")
     if arguments.sets and (arguments.draws or arguments.cfl):
         parser.error("--set is for the cases, not for --draws and --cfl")
+    if arguments.docs:
+        import figure # says what pictures lack
 
     names = [case.name for case in suite.CASES]
     for name in arguments.case or []:

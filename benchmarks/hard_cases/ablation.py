@@ -12,9 +12,14 @@ import argparse
 import json
 import pathlib
 import statistics
-import subprocess
+import sys
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "performance"))
+
+import executable
+import packages
 import planes
+import program
 import report
 from run import ROOT, execute, relative, settings
 
@@ -111,15 +116,12 @@ def show(values):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--machpoint",
-                        default=ROOT / "build/openmp/machpoint")
-    parser.add_argument("--output", default="out/ablation")
+    executable.add_option(parser)
+    parser.add_argument("--output", metavar="DIR", default="out/ablation")
     parser.add_argument("--docs", action="store_true")
-    arguments = parser.parse_args()
+    arguments = packages.parse(parser)
     machpoint = str(pathlib.Path(arguments.machpoint).resolve())
-    version = subprocess.run([machpoint, "--version"], check=True, text=True,
-                             capture_output=True).stdout
-    revision = version.split("revision ")[1].split()[0]
+    revision = program.revision(machpoint)
     output = pathlib.Path(arguments.output)
 
     rows, speeds = {}, {}

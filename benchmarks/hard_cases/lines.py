@@ -1,10 +1,11 @@
 """Hard cases in one dimension."""
 import math
 
-import numpy as np
-
 import gas
+import packages
 from case import Case, about, at_least, at_most
+
+np = packages.find("numpy")
 
 TABLE = "project's bound"
 EQUILIBRIUM = "uniform pressure is an equilibrium"

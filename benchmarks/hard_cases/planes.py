@@ -2,11 +2,12 @@
 import csv
 import math
 
-import numpy as np
-
 import gas
+import packages
 from case import COARSE, Bound, Case, about, at_least, at_most
 from run import depth_in
+
+np = packages.find("numpy")
 
 TABLE = "project's bound"
 SYMMETRY = "symmetric scene"

@@ -4,10 +4,12 @@ import pathlib
 import re
 
 import draws
-import numpy as np
+import packages
 import stable_cfl
 import suite
 from run import ENERGY_DRIFT, MASS_DRIFT, METHODS, ROOT, relative
+
+np = packages.find("numpy")
 
 COMMAND = "benchmarks/hard_cases --docs"
 
@@ -132,9 +134,7 @@ def cfl_table(table):
 
 def profiles(cases, folder, path):
     """Small multiples: density of every 1D case, and the exact one."""
-    import matplotlib
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    from figure import plt
     stored = [(case, file) for case in cases
               if (file := folder / f"{case.name}-conservative.npz").exists()]
     if not stored:
@@ -161,9 +161,7 @@ def profiles(cases, folder, path):
 
 def fields(cases, folder, path):
     """Small multiples: density of every case in 2D and 3D (a slice)."""
-    import matplotlib
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    from figure import plt
     stored = [(case, file) for case in cases
               if (file := folder / f"{case.name}-conservative.npz").exists()]
     if not stored:

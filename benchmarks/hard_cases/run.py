@@ -9,10 +9,12 @@ import shutil
 import subprocess
 import time
 
-import h5py
-import numpy as np
+import packages
+from page import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+h5py = packages.find("h5py")
+np = packages.find("numpy")
+
 FIELDS = ["position", "velocity", "mass", "density", "pressure",
           "specific_internal_energy"]
 

@@ -1,11 +1,12 @@
 """Hard cases in three dimensions."""
 import math
 
-import numpy as np
-
 import gas
+import packages
 from case import Bound, Case, about, at_least, at_most
 from planes import bow_shock, outermost, particles, radial, size
+
+np = packages.find("numpy")
 
 
 def sedov(runs):

@@ -4,16 +4,17 @@ import json
 import math
 import pathlib
 import shutil
-import subprocess
-
-import numpy as np
 
 import lines
+import packages
 import planes
+import program
 import run as runs_of
 import spaces
 from case import COARSE
 from run import ROOT, broken_invariants, execute, settings
+
+np = packages.find("numpy")
 
 CASES = lines.CASES + planes.CASES + spaces.CASES
 
@@ -60,9 +61,7 @@ class Suite:
         self.identity = digest(digest_of_file(self.machpoint), *(
             digest_of_file(path) for path in sorted(here.glob("*.py"))
             if path.stem not in ("__main__", "ablation", "report")))
-        version = subprocess.run([self.machpoint, "--version"], check=True,
-                                 capture_output=True, text=True).stdout
-        self.revision = version.split("revision ")[1].split()[0]
+        self.revision = program.revision(self.machpoint)
         (self.output / "results").mkdir(parents=True, exist_ok=True)
 
     @staticmethod

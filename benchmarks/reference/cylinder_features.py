@@ -13,12 +13,16 @@ the last quarter), from the grid's fields:
   gas cells before it, over the free stream's pressure.
 Exact at Mach 3 with gamma 1.4: pressure 12.06 (Rayleigh's pitot formula).
 """
-import json
 import pathlib
 import sys
 
-import h5py
-import numpy as np
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "performance"))
+
+import cylinder
+import packages
+
+h5py = packages.find("h5py")
+np = packages.find("numpy")
 
 
 def features(file, center, radius, middle):
@@ -41,22 +45,16 @@ def features(file, center, radius, middle):
 
 
 def main():
-    folder = pathlib.Path(sys.argv[1])
-    scene = json.loads((folder / "summary.json").read_text())["input"]
-    body = next(b["shape"] for b in scene["boundary"] if b["type"] == "obstacle")
-    gamma = next(p["gamma"] for p in scene["physics"] if "gamma" in p)
-    gas = scene["initial"][0]
-    mach2 = gas["velocity"][0]**2 * gas["density"] / (gamma * gas["pressure"])
-    ratio = (gamma + 1) * mach2 / ((gamma - 1) * mach2 + 2)
-    middle = gas["density"] * (1 + ratio) / 2
-    first = float(sys.argv[2]) if len(sys.argv) > 2 else 0.75 * scene["time"]["end"]
-    for path in sorted(folder.glob("grid/*.h5")):
+    run = cylinder.parse(__doc__)
+    middle = (run.gas["density"] + run.behind) / 2
+    for path in sorted(run.folder.glob("grid/*.h5")):
         with h5py.File(path) as file:
-            if file.attrs["time"] < first - 1e-9:
+            if file.attrs["time"] < run.first - 1e-9:
                 continue
-            standoff, p = features(file, body["center"], body["radius"], middle)
+            standoff, p = features(file, run.body["center"], run.body["radius"],
+                                   middle)
             print(f"t = {file.attrs['time']:.3g}: stand-off {standoff:.3f} R, "
-                  f"stagnation pressure {p / gas['pressure']:.2f}")
+                  f"stagnation pressure {p / run.gas['pressure']:.2f}")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,13 @@ import statistics
 import subprocess
 import sys
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "performance"))
+
+import executable
+import launcher
 import model
+import options
+import packages
 import report
 from case import ROOT, Bench, Case, shares_kept, summarise
 
@@ -109,26 +115,24 @@ def show_kept(kept):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--machpoint", metavar="PATH",
-                        default=ROOT / "build/openmp/machpoint")
-    parser.add_argument("--triad", metavar="PATH",
+    executable.add_option(parser)
+    parser.add_argument("--triad", metavar="PATH", type=options.program,
                         help="machpoint_triad; default: beside machpoint")
     parser.add_argument("--mpiexec", metavar="COMMAND", default="mpirun")
-    parser.add_argument("--output", metavar="DIR", default="out/scaling")
-    parser.add_argument("--repeats", type=int, metavar="NUMBER")
-    parser.add_argument("--steps", type=int, metavar="NUMBER",
+    parser.add_argument("--output", metavar="DIR", type=options.folder,
+                        default="out/scaling")
+    parser.add_argument("--repeats", type=options.whole(1), metavar="NUMBER")
+    # The first one is not counted.
+    parser.add_argument("--steps", type=options.whole(2), metavar="NUMBER",
                         help="of a run; long ones overlap better")
     parser.add_argument("--topic", action="append", choices=list(cases(True)),
                         help="may be repeated; default: all")
     parser.add_argument("--fast", action="store_true",
                         help="small scenes, two repeats: does it work?")
     parser.add_argument("--docs", action="store_true")
-    arguments = parser.parse_args()
-    if arguments.steps is not None and arguments.steps < 2:
-        parser.error("--steps: the first one is not counted, so 2 at least")
-    if arguments.docs and (arguments.fast or arguments.topic):
-        parser.error("--docs is of all topics at full size")
+    arguments = packages.parse(parser)
     repeats = arguments.repeats or (2 if arguments.fast else 5)
+    options.require_full(parser, arguments, repeats, ["fast", "topic", "steps"])
     triad = pathlib.Path(arguments.triad or
                          pathlib.Path(arguments.machpoint).parent /
                          "machpoint_triad")
@@ -136,7 +140,8 @@ def main():
         parser.error(f"{triad} is missing: build the target machpoint_triad, "
                      "or name it with --triad")
 
-    bench = Bench(arguments.machpoint, arguments.mpiexec, arguments.output)
+    bench = Bench(arguments.machpoint, launcher.find(parser, arguments.mpiexec),
+                  arguments.output)
     topics = {topic: found if topic in (arguments.topic or [topic]) else []
               for topic, found
               in cases(arguments.fast, arguments.steps).items()}
@@ -175,9 +180,7 @@ def main():
     for dim, fitted in fits.items():
         print(f"model, {dim}D: {fitted}")
 
-    output = pathlib.Path(arguments.output)
-    output.mkdir(parents=True, exist_ok=True)
-    (output / "results.json").write_text(json.dumps({
+    (arguments.output / "results.json").write_text(json.dumps({
         "cores": os.cpu_count(), "repeats": repeats,
         "cases": {case.name: figures for case, figures in results.items()},
         "commands": bench.commands, "left_out": bench.lacking,

@@ -2,13 +2,15 @@
 import dataclasses
 import json
 import math
-import os
 import pathlib
 import shlex
 import shutil
 import statistics
 import subprocess
 import tempfile
+
+import launcher
+import program
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
@@ -67,11 +69,10 @@ class Bench:
     """Runs cases in turn, and keeps what they tell of themselves."""
 
     def __init__(self, machpoint, mpiexec, output):
+        """mpiexec: a list of words"""
         self.machpoint = pathlib.Path(machpoint).resolve()
-        version = subprocess.run([self.machpoint, "--version"], check=True,
-                                 capture_output=True, text=True).stdout
-        self.revision = version.split("revision ")[1].split()[0]
-        self.mpiexec = shlex.split(mpiexec)
+        self.revision = program.revision(self.machpoint)
+        self.mpiexec = mpiexec
         self.output = pathlib.Path(output)
         self.commands = {}
         self.lacking = {}
@@ -93,10 +94,7 @@ class Bench:
         # caller's environment has named one for Open MPI.
         own = tempfile.mkdtemp(dir=scratch)
         environment = dict(
-            os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false",
-            OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-            OMPI_MCA_rmaps_base_oversubscribe="1",
-            OMPI_MCA_hwloc_base_binding_policy="none",
+            launcher.ENVIRONMENT, OMPI_MCA_hwloc_base_binding_policy="none",
             TMPDIR=own, OMPI_MCA_orte_tmpdir_base=own)
         return directory, subprocess.Popen(
             command, env=environment, stdin=subprocess.DEVNULL,

@@ -11,7 +11,9 @@ that is asked about.
 """
 import math
 
-import numpy as np
+import packages
+
+np = packages.find("numpy")
 
 
 def cut_surface(cells, boxes, periodic):
