@@ -13,7 +13,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOOLS = ROOT / "tools"
 BENCHMARKS = ROOT / "benchmarks"
-# Less `kernels` and `sod_sweep`, which ask for what draws pictures first.
+# Less `kernels`, which asks for what draws pictures first.
 PROGRAMS = [path.parent if path.name == "__main__.py" else path
             for path in sorted([*BENCHMARKS.rglob("__main__.py"),
                                 *BENCHMARKS.rglob("cylinder_features.py"),
@@ -21,7 +21,7 @@ PROGRAMS = [path.parent if path.name == "__main__.py" else path
                                 BENCHMARKS / "price.py",
                                 BENCHMARKS / "hard_cases/ablation.py",
                                 TOOLS / "gpu_check.py"])
-            if path.parent.name not in ("kernels", "sod_sweep")]
+            if path.parent.name != "kernels"]
 
 
 class Help(unittest.TestCase):

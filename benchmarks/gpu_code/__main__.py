@@ -175,7 +175,7 @@ def main():
         parser.error(f"{arguments.cuobjdump} tells no registers of the kernels of "
                      f"{executable}: build it with optimisation, as the preset does")
     text, wrong = section(kernels, precision)
-    text = (f"Written by `python3 benchmarks/gpu_code --docs`; {made}.\n\n"
+    text = (f"{page.written_by('gpu_code', arguments.docs)}; {made}.\n\n"
             f"{text}")
     print(text)
     if arguments.docs:

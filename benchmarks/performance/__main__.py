@@ -16,7 +16,6 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parents[1]
 sys.path += [str(HERE / "kernels"), str(HERE / "speed")]
 
-import figure # says what pictures lack
 import jobs
 import options
 import page
@@ -29,6 +28,7 @@ def main():
     parser.add_argument("--rounds", metavar="NUMBER",
                         type=options.whole(options.ROUNDS))
     arguments = parser.parse_args()
+    import figure # says what pictures lack
     build = page.ROOT / "build"
     missing = jobs.missing(build / "openmp") or jobs.missing(build / "serial")
     if missing:

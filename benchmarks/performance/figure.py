@@ -1,5 +1,7 @@
 """What draws pictures into files. A benchmark that lacks it says so before it
-measures."""
+measures, and is asked for --help without it: it imports this late."""
+import packages
+
 try:
     import matplotlib
     import numpy as np
@@ -7,7 +9,4 @@ try:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 except ImportError as error:
-    raise SystemExit(
-        f"{error}; the picture needs numpy and matplotlib (Debian: apt-get install "
-        "python3-numpy python3-matplotlib, then run it with /usr/bin/python3)"
-    ) from error
+    raise SystemExit(f"{error}: {packages.REMEDY}") from error

@@ -59,4 +59,4 @@ def require_full(parser, arguments, rounds, names):
                      " and ".join(f"--{name}" for name in changed))
     if rounds < ROUNDS:
         parser.error(f"--docs shows medians of at least {ROUNDS} rounds, not "
-                     f"{rounds}: leave out --docs or ask for more --rounds")
+                     f"{rounds}: leave out --docs or ask for more")

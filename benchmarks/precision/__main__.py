@@ -156,8 +156,7 @@ def main():
         speeds, spreads = speed_rows(
             run, [(*SPEEDS[2][:3], 10)] if fast else SPEEDS,
             rounds)
-    how = " --docs" if arguments.docs else " --fast" if fast else ""
-    text = (f"Written by `python3 benchmarks/precision{how}` "
+    text = (f"{page.written_by('precision', arguments.docs)} "
             f"({rounds} rounds, one thread) on {machine.processor()}; "
             f"revision `{jobs.revision(builds['single'])}`. "
             f"{machine.in_words(watch.report(spreads))}\n\n"

@@ -39,7 +39,6 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] /
 import machine
 import options
 import page
-import picture
 import program
 import sweep
 
@@ -140,6 +139,7 @@ def parse():
 
 def main():
     arguments, folders = parse()
+    import picture # says what it lacks
     sizes = {"sod": [(100 * 2 ** k,) for k in range(arguments.largest + 1)],
              "cylinder_mach3": [(100 * 2 ** k, 50 * 2 ** k)
                                 for k in range(arguments.cylinders)]}
