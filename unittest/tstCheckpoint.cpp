@@ -7,6 +7,7 @@
 #include <core/checkpoint.hpp>
 #include <core/hdf5_file.hpp>
 #include <core/random.hpp>
+#include <core/registry.hpp>
 
 #include <fmt/format.h>
 
@@ -297,22 +298,22 @@ TEST( Checkpoint, everyValueCounts )
 
 //! Counts what happens to each particle, and breaks the gas once in a while.
 template <int Dim>
-class Tally : public Module<Dim>
+class StepCounter : public Module<Dim>
 {
     using Members = Cabana::MemberTypes<Real, std::int64_t>;
 
   public:
-    static constexpr const char* name = "tally";
+    static constexpr const char* name = "step_counter";
 
     static Parameters declare( const int dimension )
     {
         return Parameters( name, "counts steps", dimension );
     }
-    explicit Tally( const Json& ) {}
+    explicit StepCounter( const Json& ) {}
     void initialize( State<Dim>& state ) override
     {
         _counts = &state.particles.template addSidecar<Members>(
-            "test::tally", DuringStep::edits );
+            "test::count", DuringStep::edits );
     }
     bool particleSource( State<Dim>& state ) override
     {
@@ -321,7 +322,8 @@ class Tally : public Module<Dim>
         const auto e = state.particles.template slice<SpecificInternalEnergy>();
         const bool breaks = state.step % 4 == 2 && !_was_rejected;
         forEach(
-            "tally", state.particles.size(), MACHPOINT_LAMBDA( const int p ) {
+            "countStep", state.particles.size(),
+            MACHPOINT_LAMBDA( const int p ) {
                 real( p ) += 1;
                 whole( p ) += 1;
                 if ( breaks )
@@ -341,9 +343,9 @@ class Tally : public Module<Dim>
 // whether particles halve and merge, and whether the run begins anew.
 TEST( Checkpoint, editedSidecarsCountEachStepOnce )
 {
-    registerPhysics<Tally>();
+    registerPhysics<StepCounter>();
     auto input = scene( "conservative", 1, false );
-    input["physics"].push_back( { { "type", "tally" } } );
+    input["physics"].push_back( { { "type", "step_counter" } } );
     auto run = simulate( input );
     advance( *run, 10 );
     auto second = simulate( input );
@@ -355,10 +357,10 @@ TEST( Checkpoint, editedSidecarsCountEachStepOnce )
     EXPECT_NE( *std::min_element( mass.begin(), mass.end() ),
                *std::max_element( mass.begin(), mass.end() ) );
     for ( const Real count :
-          values<Real>( entries, "particles/test::tally/0" ) )
+          values<Real>( entries, "particles/test::count/0" ) )
         EXPECT_EQ( count, 43 );
     for ( const auto count :
-          values<std::int64_t>( entries, "particles/test::tally/1" ) )
+          values<std::int64_t>( entries, "particles/test::count/1" ) )
         EXPECT_EQ( count, 43 );
 }
 

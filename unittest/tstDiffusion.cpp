@@ -365,6 +365,10 @@ TEST( Diffusion, conductionLeavesColdParticlesTheirHeat )
             for ( const auto& basis : bases )
                 for ( const std::string placement : { "lattice", "random" } )
                 {
+                    // `apic` on hats in 1D has steps to repeat all the same.
+                    if ( dimension == 1 && method == "apic" &&
+                         basis == "linear" )
+                        continue;
                     auto input = box( dimension, dimension == 1 ? 40 : 16, 2,
                                       method, basis, "slip_wall" );
                     input["particles"]["placement"] = placement;
