@@ -10,7 +10,8 @@
   Names are method/basis/dimension/per_cell/order/part. The parts of a case are
   measured in the same steps: whichever is asked for first runs them. A row is
   the median of the samples, `spread` how far these lie apart. Under mpirun the
-  slowest rank counts.
+  slowest rank counts, and limits are those of all ranks at once. Exit code: 0,
+  or 1 where nothing matches REGEX.
 */
 #include "limits.hpp"
 #include "recording.hpp"
@@ -27,12 +28,19 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstring>
+#include <optional>
+#include <stdexcept>
 
 using namespace Machpoint;
 
 namespace
 {
+
+#ifdef MACHPOINT_ENABLE_MPI
+constexpr bool has_mpi = true;
+#else
+constexpr bool has_mpi = false;
+#endif
 
 Sizes sizes;
 Limits limits;
@@ -66,7 +74,7 @@ Work workOf( const Case& setting, const Recording& r, const std::string& part )
     Work all;
     for ( const auto& name : partNames() )
     {
-        if ( name == "sort" && setting.order == "unsorted" )
+        if ( !setting.has( name ) )
             continue;
         all.bytes += work.of( name ).bytes;
         all.flops += work.of( name ).flops;
@@ -77,6 +85,7 @@ Work workOf( const Case& setting, const Recording& r, const std::string& part )
 //! One row.
 void report( benchmark::State& state, const Case& setting,
              const std::string& part )
+try
 {
     const auto& r = recordingOf( setting );
     std::vector<Real> times;
@@ -100,14 +109,17 @@ void report( benchmark::State& state, const Case& setting,
     counters["bytes"] = work.bytes;
     counters["flops"] = work.flops;
     counters["of_triad"] =
-        work.bytes * r.particles / seconds / limits.triad_all;
+        work.bytes * r.particles / seconds / limits.triad().all;
     counters["of_fma"] = work.flops * r.particles / seconds / limits.fma_all;
     if ( part != "step" )
         return;
-    counters["other"] = r.otherParts();
     counters["particles"] = r.particles;
     counters["particle_bytes"] = r.particle_bytes;
     counters["bytes_held"] = r.bytes_held;
+}
+catch ( const std::runtime_error& error )
+{
+    state.SkipWithError( error.what() );
 }
 
 void add( const Case& setting, const std::string& part )
@@ -118,14 +130,6 @@ void add( const Case& setting, const std::string& part )
         ->Iterations( 1 )
         ->UseManualTime()
         ->Unit( benchmark::kMillisecond );
-}
-
-//! Does the method have such a part?
-bool has( const Case& setting, const std::string& part )
-{
-    if ( part == "halo" || part == "migrate" )
-        return Communicator().size() > 1;
-    return part != "sort" || setting.order != "unsorted";
 }
 
 //! Name of a basis or a method from that of its type.
@@ -153,7 +157,7 @@ void addAll( const int dim, const std::string& basis,
                 const Case setting{ name, basis, dim, n, order };
                 add( setting, "step" );
                 for ( const auto& part : partNames() )
-                    if ( has( setting, part ) )
+                    if ( setting.has( part ) )
                         add( setting, part );
             }
 }
@@ -170,23 +174,30 @@ void addContext( const std::string& key, const Real value )
     benchmark::AddCustomContext( key, fmt::format( "{:.6e}", value ) );
 }
 
-} // namespace
-
-int main( int argc, char** argv )
+//! What all rows are of.
+void addContext()
 {
-    const MpiSession mpi( argc, argv );
-    const Communicator ranks;
-    if ( !ranks.isRoot() ) // one file, and the root writes it
-        argc = static_cast<int>(
-            std::remove_if( argv + 1, argv + argc,
-                            []( const char* word ) {
-                                return std::strncmp( word, "--benchmark_out",
-                                                     15 ) == 0;
-                            } ) -
-            argv );
-    benchmark::Initialize( &argc, argv );
+    benchmark::AddCustomContext( "revision", revision );
+    benchmark::AddCustomContext( "backend", ExecutionSpace::name() );
+    addContext( "threads", ExecutionSpace().concurrency() );
+    addContext( "ranks", Communicator().size() );
+    benchmark::AddCustomContext( "mpi", has_mpi ? "yes" : "no" );
+    addContext( "triad_one", limits.triad().one );
+    addContext( "triad_all", limits.triad().all );
+    addContext( "ordinary_one", limits.ordinary.one );
+    addContext( "ordinary_all", limits.ordinary.all );
+    addContext( "streamed_one", limits.streamed.one );
+    addContext( "streamed_all", limits.streamed.all );
+    addContext( "fma_one", limits.fma_one );
+    addContext( "fma_all", limits.fma_all );
+}
+
+//! The command line: sizes, and the words of Google Benchmark.
+//! \param small is set where asked for \return exit code, if the program is
+//! done
+std::optional<int> parse( int argc, char** argv, bool& small )
+{
     CLI::App app( "Times a step and its parts", "machpoint_kernels" );
-    bool small = false;
     app.add_option( "--particles", sizes.particles, "of a case, about" )
         ->check( CLI::Range( 1, 1 << 30 ) )
         ->capture_default_str();
@@ -198,23 +209,61 @@ int main( int argc, char** argv )
         ->check( CLI::Range( 1, 1000 ) )
         ->capture_default_str();
     app.add_flag( "--small", small, "limits in milliseconds: does it work?" );
-    CLI11_PARSE( app, argc, argv );
+    app.footer( "And those of Google Benchmark, as --option=value:" );
+    app.allow_extras();
+    try
+    {
+        app.parse( argc, argv );
+    }
+    catch ( const CLI::CallForHelp& help )
+    {
+        app.exit( help );
+        benchmark::PrintDefaultHelp();
+        return 0;
+    }
+    catch ( const CLI::ParseError& error )
+    {
+        return app.exit( error );
+    }
+    // The words that are Google Benchmark's.
+    auto others = app.remaining();
+    std::vector<char*> words = { argv[0] };
+    for ( auto& word : others )
+        if ( Communicator().isRoot() || // one file, and the root writes it
+             word.rfind( "--benchmark_out", 0 ) != 0 )
+            words.push_back( word.data() );
+    int count = static_cast<int>( words.size() );
+    benchmark::Initialize( &count, words.data() );
+    if ( benchmark::ReportUnrecognizedArguments( count, words.data() ) )
+        return 1;
+    return {};
+}
+
+} // namespace
+
+int main( int argc, char** argv )
+{
+    const MpiSession mpi( argc, argv );
+    const Communicator ranks;
+    if ( launchedProcesses() > ranks.size() )
+    {
+        fmt::print( stderr, "built without the launcher's MPI: run it without "
+                            "mpirun\n" );
+        return 1;
+    }
+    bool small = false;
+    if ( const auto code = parse( argc, argv, small ) )
+        return *code;
 
     const KokkosSession kokkos;
     limits = measureLimits( small );
-    benchmark::AddCustomContext( "revision", revision );
-    benchmark::AddCustomContext( "backend", ExecutionSpace::name() );
-    addContext( "threads", ExecutionSpace().concurrency() );
-    addContext( "ranks", ranks.size() );
-    addContext( "triad_one", limits.triad_one );
-    addContext( "triad_all", limits.triad_all );
-    addContext( "fma_one", limits.fma_one );
-    addContext( "fma_all", limits.fma_all );
+    addContext();
 #define MACHPOINT_ADD( DIM, BASIS, METHOD )                                    \
     addAll( DIM, lowerCase( #BASIS ), lowerCase( #METHOD ) );
     MACHPOINT_FOR_EACH_STEPPER( MACHPOINT_ADD )
 #undef MACHPOINT_ADD
     Silent silent;
-    benchmark::RunSpecifiedBenchmarks( ranks.isRoot() ? nullptr : &silent );
-    return 0;
+    const auto matched =
+        benchmark::RunSpecifiedBenchmarks( ranks.isRoot() ? nullptr : &silent );
+    return matched > 0 ? 0 : 1;
 }

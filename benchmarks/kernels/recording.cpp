@@ -1,5 +1,6 @@
 #include "recording.hpp"
 
+#include <core/communicator.hpp>
 #include <core/module.hpp>
 #include <core/particles.hpp>
 #include <core/profile.hpp>
@@ -22,17 +23,19 @@ namespace
 
 //! Name of a part, and of the phase of the profile that it is.
 const std::vector<std::pair<std::string, std::string>> phases = {
-    { "P2G", "P2G" },
-    { "G2P", "G2P" },
-    { "grid", "grid" },
-    { "sort", "sort" },
-    { "EOS", "particle state" } };
+    { "prepare", "prepare" }, { "P2G", "P2G" },   { "G2P", "G2P" },
+    { "grid", "grid" },       { "sort", "sort" }, { "EOS", "particle state" } };
 
 Json makeInput( const Case& c, const int particles )
 {
+    // The boxes of all ranks have to be wider than their halos.
+    const int least =
+        6 * static_cast<int>(
+                std::ceil( std::pow( Communicator().size(), 1.0 / c.dim ) ) );
     const int cells = std::max(
-        6, static_cast<int>( std::lround( std::pow(
-               static_cast<Real>( particles ) / c.per_cell, 1.0 / c.dim ) ) ) );
+        least,
+        static_cast<int>( std::lround( std::pow(
+            static_cast<Real>( particles ) / c.per_cell, 1.0 / c.dim ) ) ) );
     Json input;
     input["scene"] = "kernels";
     input["dimension"] = c.dim;
@@ -130,7 +133,8 @@ Real activitySeconds( const Traffic& traffic, const Activity activity )
 }
 
 //! Some steps, the slowest rank's seconds.
-Sample advance( Simulation& simulation, const int steps, Traffic& traffic )
+Sample advance( Simulation& simulation, const Case& setting, const int steps,
+                Traffic& traffic )
 {
     const Communicator ranks;
     Profile::start();
@@ -141,8 +145,14 @@ Sample advance( Simulation& simulation, const int steps, Traffic& traffic )
     ExecutionSpace().fence();
     std::vector<Real> seconds = { timer.seconds() };
     traffic = Traffic::upToNow();
+    Real other = seconds[0];
     for ( const auto& [part, phase] : phases )
+    {
         seconds.push_back( phaseSeconds( phase ) );
+        if ( setting.has( part ) )
+            other -= seconds.back();
+    }
+    seconds.push_back( other );
     seconds.push_back( activitySeconds( traffic, Activity::halo ) +
                        activitySeconds( traffic, Activity::halo_wait ) );
     seconds.push_back( activitySeconds( traffic, Activity::migration ) );
@@ -169,6 +179,15 @@ std::string Case::name() const
                         order );
 }
 
+bool Case::has( const std::string& part ) const
+{
+    if ( part == "halo" || part == "migrate" )
+        return Communicator().size() > 1;
+    if ( part == "prepare" )
+        return method.rfind( "conservative", 0 ) == 0;
+    return part != "sort" || order != "unsorted";
+}
+
 const std::vector<std::string>& partNames()
 {
     static const auto names = []
@@ -176,8 +195,7 @@ const std::vector<std::string>& partNames()
         std::vector<std::string> list;
         for ( const auto& [part, phase] : phases )
             list.push_back( part );
-        list.push_back( "halo" );
-        list.push_back( "migrate" );
+        list.insert( list.end(), { "other", "halo", "migrate" } );
         return list;
     }();
     return names;
@@ -199,9 +217,10 @@ Recording record( const Case& setting, const Sizes& sizes )
     if ( setting.order != "ordered" )
         shuffle( *simulation );
     Traffic traffic;
-    advance( *simulation, steps, traffic ); // warms up
+    advance( *simulation, setting, steps, traffic ); // warms up
     for ( int k = 0; k < sizes.samples; ++k )
-        result.samples.push_back( advance( *simulation, steps, traffic ) );
+        result.samples.push_back(
+            advance( *simulation, setting, steps, traffic ) );
     result.particles = static_cast<Real>( simulation->particles() );
     result.particle_bytes = particleBytes( setting.dim );
     result.bytes_held = simulation->bytesPerParticle();

@@ -29,6 +29,8 @@ struct Case
     std::string order;
 
     std::string name() const;
+    //! Is there such a part?
+    bool has( const std::string& part ) const;
 };
 
 //! Sizes of all cases.
@@ -58,22 +60,15 @@ struct Recording
     Real bytes_held = 0;     //!< for one particle, copies and sidecars included
     Real halo_bytes = 0;     //!< sent in a step by one rank
     Real migrated_bytes = 0; //!< the same
-
-    //! Share of a step outside of the parts, in the last sample.
-    Real otherParts() const
-    {
-        Real known = 0;
-        for ( const auto& [name, seconds] : samples.back().parts )
-            if ( name != "halo" && name != "migrate" ) // within the others
-                known += seconds;
-        return 1 - known / samples.back().seconds;
-    }
 };
 
-//! The parts of a step that are measured by themselves.
+//! The parts of a step that are measured by themselves, and `other`, which is
+//! the rest of it. What ranks tell each other, `halo` and `migrate`, lies
+//! within them.
 const std::vector<std::string>& partNames();
 
-//! Runs a case. Collective. \throws NumericalFailure
+//! Runs a case. Collective. \throws NumericalFailure, and InputError where
+//! there are too many ranks
 Recording record( const Case& setting, const Sizes& sizes );
 
 } // namespace Machpoint
