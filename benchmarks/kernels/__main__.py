@@ -1,12 +1,14 @@
 """Times a step and its parts, beside what the machine allows.
 
 Usage: python3 benchmarks/kernels [--kernels PATH] [--small] [--filter REGEX]
-           [--output DIR] [--docs] [WORD]...
+           [--particles NUMBER] [--cycles NUMBER] [--samples NUMBER]
+           [--mpiexec COMMAND] [--output DIR] [--docs]
 
-Runs machpoint_kernels on all threads, prints a table and writes
-DIR/results.json (Google Benchmark's) and DIR/roofline.png. --docs also writes the
-quadratic rows to docs/performance.md, and docs/pictures/roofline.png. Words are
-handed on (--particles NUMBER, --cycles NUMBER, --samples NUMBER). Exit code: 0.
+Runs machpoint_kernels on all threads, then on two ranks of one thread each what
+these tell each other, prints a table, says whether the machine was quiet, and
+writes DIR/results.json (Google Benchmark's, and `ranks`, that of the two) and
+DIR/roofline.png. --docs runs a million particles, past the cache, and also writes
+docs/performance.md and docs/pictures/roofline.png. Exit code: 0.
 """
 import argparse
 import json
@@ -18,71 +20,175 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] /
                        "performance"))
 
 import machine
+import messages
 import page
 import results
 import roofline
 
+# What the page shows: all of these, with at least these sizes. In 3D a step of
+# particles in no order takes as long as all others together.
+METHODS = ["paper", "apic", "conservative_symplectic", "conservative_midpoint"]
+PER_CELL = {1: 3, 2: 4, 3: 8}
+ORDERS = {1: ["ordered", "mixed", "unsorted"],
+          2: ["ordered", "mixed", "unsorted"], 3: ["ordered", "mixed"]}
+CASES = [(method, "quadratic", dim, PER_CELL[dim], order)
+         for method in METHODS for dim, orders in ORDERS.items()
+         for order in orders]
+SHOWN = "^({})/".format("|".join(
+    results.case_name(case) + ("/step" if case[4] == "unsorted" else "")
+    for case in CASES))
+LEAST = {"particles": 1 << 20, "samples": 3}
+
 HEAD = """Written by `python3 benchmarks/kernels --docs`; Machpoint `{revision}`,
-{backend} on {threads:.0f} threads of {processor}. In the same session the triad
-moved {triad_one:.1f} GB/s on one thread and {triad_all:.1f} GB/s on all, and
+{backend} on {threads:.0f} threads of {processor}, a million particles. {quiet}
+
+In the same session the triad moved {ordinary_one:.1f} GB/s on one thread and
+{ordinary_all:.1f} GB/s on all{streamed}, and
 multiply-adds ran at {fma_one:.0f} and {fma_all:.0f} Gflop/s.
+{messages}
 
 ![Roofline](pictures/roofline.png)
 
 """
+STREAMED = """; past the cache {streamed_one:.1f} and {streamed_all:.1f} GB/s; the
+larger is the limit"""
+MESSAGES = """`halo` and `migrate` are of two ranks with one thread each, whose
+triads moved {triad_all:.1f} GB/s together."""
 
 
 def section(found):
     """Of docs/performance.md."""
-    some = {key: row for key, row in results.rows(found).items()
-            if key[1] == "quadratic"}
     limits = results.limits(found)
     words = {key: value / 1e9 for key, value in limits.items()}
     words["threads"] = limits["threads"]
+    streamed = STREAMED.format(**words) if limits["streamed_all"] else \
+        ", with ordinary stores, as this build has no others"
+    if "ranks" in found:
+        two = results.limits(found["ranks"])
+        told = MESSAGES.format(triad_all=two["triad_all"] / 1e9)
+    else:
+        told = f"No `halo` nor `migrate`: {found['lacks']}."
     return HEAD.format(revision=found["context"]["revision"],
                        backend=found["context"]["backend"],
-                       processor=machine.processor(), **words) + \
-        results.table(some)
+                       processor=machine.processor(), streamed=streamed,
+                       messages=told,
+                       quiet=machine.in_words(found["machine"]), **words) + \
+        results.table(rows(found))
+
+
+def rows(found):
+    """Of one rank, and of two where these ran."""
+    one = results.rows(found)
+    return messages.joined(one, results.rows(found["ranks"])) \
+        if "ranks" in found else one
 
 
 def picture(found, path):
     """The roofline of the steps in 2D, 4 per cell, or of what there is."""
-    rows = results.rows(found)
-    some = {key: row for key, row in rows.items()
+    every = results.rows(found)
+    some = {key: row for key, row in every.items()
             if key[1:5] == ("quadratic", 2, 4, "mixed")}
     if not some:
-        first = next(iter(rows))
-        some = {key: row for key, row in rows.items() if key[1:5] == first[1:5]}
+        first = next(iter(every))
+        some = {key: row for key, row in every.items()
+                if key[1:5] == first[1:5]}
     _, basis, dim, per_cell, order, _ = next(iter(some))
     roofline.draw(some, results.limits(found), path,
                   f"{dim}D, {basis}, {per_cell} per cell, {order}, "
                   f"{results.limits(found)['threads']:.0f} threads")
 
 
-def main():
+def measure(arguments, words):
+    """Google Benchmark's JSON, with `ranks` (or what `lacks` for these) and
+    `machine`: was it quiet?"""
+    triad = pathlib.Path(arguments.kernels).parent / "machpoint_triad"
+    watch = machine.Watch(triad if triad.exists() else None)
+
+    def probe():
+        if watch.triad:
+            watch.probe(0.1 if arguments.small else 1)
+
+    probe()
+    found = results.run(arguments.kernels,
+                        [f"--benchmark_filter={arguments.filter}", *words])
+    probe()
+    try:
+        found["ranks"] = messages.measure(arguments.kernels, found, words,
+                                          arguments.mpiexec)
+        probe()
+    except messages.Lacking as reason:
+        found["lacks"] = str(reason)
+    found["machine"] = watch.report(
+        [row["spread"] for key, row in results.rows(found).items()
+         if key[5] == "step"])
+    return found
+
+
+def require_all(found):
+    """Ends where a row of the page is missing."""
+    steps = {key[:5] for key in results.rows(found) if key[5] == "step"}
+    missing = [results.case_name(case) for case in CASES
+               if case not in steps]
+    if missing:
+        raise SystemExit("--docs: the build lacks " + ", ".join(missing) +
+                         "; build all dimensions and methods")
+
+
+def parse():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kernels", metavar="PATH",
                         default=page.ROOT / "build/openmp" /
                         results.EXECUTABLE)
     parser.add_argument("--output", metavar="DIR", default="out/kernels")
-    parser.add_argument("--filter", metavar="REGEX", default=".")
+    parser.add_argument("--filter", metavar="REGEX",
+                        help="of names that machpoint_kernels "
+                        "--benchmark_list_tests tells; default: all")
+    results.add_sizes(parser)
+    parser.add_argument("--mpiexec", metavar="COMMAND",
+                        help="starts two ranks; default: mpiexec")
     parser.add_argument("--small", action="store_true",
                         help="tiny cases: does it work?")
-    parser.add_argument("--docs", action="store_true")
-    arguments, words = parser.parse_known_args()
-    if arguments.docs and arguments.small:
-        parser.error("--docs is of the full size")
+    parser.add_argument("--docs", action="store_true",
+                        help="write docs/performance.md, too")
+    arguments = parser.parse_args()
+    if arguments.docs and (arguments.small or arguments.filter):
+        parser.error("--docs is of all rows at full size: leave out --small "
+                     "and --filter")
+    for name, least in LEAST.items() if arguments.docs else ():
+        value = getattr(arguments, name) or least
+        if value < least:
+            parser.error(f"--docs takes at least {least} {name}, or the page "
+                         f"would show a trial: leave out --{name}")
+        setattr(arguments, name, value)
     if arguments.small:
-        words += ["--small", "--particles", "1000", "--samples", "1"]
-    found = results.run(arguments.kernels,
-                        [f"--benchmark_filter={arguments.filter}", *words])
-    print(results.table(results.rows(found)))
-    output = pathlib.Path(arguments.output)
-    output.mkdir(parents=True, exist_ok=True)
-    (output / "results.json").write_text(json.dumps(found, indent=2) + "\n")
-    picture(found, output / "roofline.png")
+        arguments.particles = arguments.particles or 1000
+        arguments.samples = arguments.samples or 1
+    arguments.filter = arguments.filter or (SHOWN if arguments.docs else ".")
+    arguments.output = pathlib.Path(arguments.output)
+    try:
+        arguments.output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        parser.error(f"--output: {error.filename}: {error.strerror}")
+    return arguments
+
+
+def main():
+    arguments = parse()
+    words = results.size_words(arguments)
+    if arguments.small:
+        words.append("--small")
+    found = measure(arguments, words)
     if arguments.docs:
-        shutil.copy(output / "roofline.png",
+        require_all(found)
+    print(results.table(rows(found)))
+    if "lacks" in found:
+        print(f"left out, halo and migrate: {found['lacks']}")
+    print(machine.in_words(found["machine"]))
+    (arguments.output / "results.json").write_text(
+        json.dumps(found, indent=2) + "\n")
+    picture(found, arguments.output / "roofline.png")
+    if arguments.docs:
+        shutil.copy(arguments.output / "roofline.png",
                     page.ROOT / "docs" / "pictures" / "roofline.png")
         page.write("kernels", section(found))
     return 0

@@ -1,11 +1,12 @@
 """Times kernels of several builds in turn, so that a restless host slows all alike.
 
 Usage: python3 benchmarks/kernels/pairs.py BUILD BUILD... [--filter REGEX]
-           [--threads NUMBER] [--rounds NUMBER] [WORD]...
+           [--threads NUMBER] [--rounds NUMBER] [--particles NUMBER]
+           [--cycles NUMBER] [--samples NUMBER]
 
 BUILD is a folder with machpoint_kernels. Prints for each case and build the least and
 the median of the rounds in ns a particle step, and the ratio of both to the first
-build's. Words are handed on (--particles NUMBER). Exit code: 0.
+build's. A round has one sample. Exit code: 0.
 """
 import argparse
 import pathlib
@@ -55,18 +56,18 @@ def main():
     parser.add_argument("builds", metavar="BUILD", nargs="+")
     parser.add_argument("--filter", metavar="REGEX",
                         default="^apic/quadratic/2D/4/ordered/(step|P2G|G2P)/")
-    parser.add_argument("--threads", metavar="NUMBER", type=int, default=1)
-    parser.add_argument("--rounds", metavar="NUMBER", type=int, default=8)
-    arguments, words = parser.parse_known_args()
+    parser.add_argument("--threads", metavar="NUMBER", default=1,
+                        type=results.positive)
+    parser.add_argument("--rounds", metavar="NUMBER", default=8,
+                        type=results.positive)
+    results.add_sizes(parser)
+    parser.set_defaults(samples=1)
+    arguments = parser.parse_args()
     for build in arguments.builds:
-        if not (pathlib.Path(build) / "machpoint_kernels").exists():
-            parser.error(f"{build} has no machpoint_kernels; name build "
-                         "directories first, further words after them")
-    if arguments.rounds < 1:
-        parser.error("--rounds must be at least 1")
+        if not (pathlib.Path(build) / results.EXECUTABLE).exists():
+            parser.error(f"{build} has no {results.EXECUTABLE}")
     # Limits of the machine, which nobody reads here, in milliseconds.
-    words += ["--small", "--samples", "1"] \
-        if "--samples" not in words else ["--small"]
+    words = ["--small", *results.size_words(arguments)]
     times = measure(arguments.builds, arguments.rounds,
                     [f"--benchmark_filter={arguments.filter}", *words],
                     arguments.threads)

@@ -1,47 +1,64 @@
 """The roofline of a session: what the parts reach of what the machine allows."""
 from figure import np, plt
-from matplotlib.patches import Patch
 
-PARTS = {"P2G": "o", "G2P": "D", "grid": "^", "sort": "v",
-         "EOS": "X", "step": "*"}
-COLOURS = ["tab:blue", "tab:orange", "tab:green", "tab:red"]
+PARTS = {"step": ("*", "black"), "prepare": ("P", "tab:purple"),
+         "P2G": ("o", "tab:blue"), "G2P": ("D", "tab:red"),
+         "grid": ("^", "tab:green"), "sort": ("v", "tab:brown"),
+         "EOS": ("X", "tab:orange")}
+INTENSITY = np.logspace(-2.4, 2, 200)
+
+
+def _roof(axes, limits):
+    """Bandwidth and arithmetic; where stores past the cache make the bandwidth
+    another, ordinary ones dashed."""
+    peak = limits["fma_all"]
+    triads = {"": limits["triad_all"]}
+    if limits["streamed_all"]:
+        triads = {"past the cache ": limits["streamed_all"],
+                  "ordinary ": limits["ordinary_all"]}
+    for name, triad in triads.items():
+        axes.loglog(INTENSITY, np.minimum(INTENSITY * triad, peak) / 1e9,
+                    color="black", linewidth=1,
+                    linestyle="-" if triad == limits["triad_all"] else "--")
+    text = "\n".join(f"triad {name}{triad / 1e9:.1f} GB/s"
+                     for name, triad in triads.items())
+    axes.text(0.03, 0.95, f"multiply-adds {peak / 1e9:.0f} Gflop/s\n{text}",
+              transform=axes.transAxes, va="top", fontsize=8)
 
 
 def draw(some, limits, path, title):
-    """some: of results.rows, of one dimension, basis and order; a colour for
+    """some: of results.rows, of one dimension, basis and order; a panel for
     each method, a marker for each part."""
-    figure, axes = plt.subplots(figsize=(9, 5.2), layout="constrained")
-    intensity = np.logspace(-2.4, 2, 200)
-    roof = np.minimum(intensity * limits["triad_all"], limits["fma_all"])
-    axes.loglog(intensity, roof / 1e9, color="black", linewidth=1.2)
-    axes.annotate(f"triad {limits['triad_all'] / 1e9:.1f} GB/s",
-                  (0.013, 0.013 * limits["triad_all"] / 1e9),
-                  xytext=(0, 14), textcoords="offset points", rotation=34,
-                  rotation_mode="anchor", fontsize=9)
-    axes.annotate(f"multiply-adds {limits['fma_all'] / 1e9:.0f} Gflop/s",
-                  (100, limits["fma_all"] / 1e9), xytext=(0, 5),
-                  textcoords="offset points", ha="right", fontsize=9)
     methods = list(dict.fromkeys(key[0] for key in some))
-    lowest = highest = limits["fma_all"] / 1e9
-    for (method, _, _, _, _, part), row in some.items():
-        if part not in PARTS or row["flops"] <= 0:
-            continue
-        rate = row["flops"] * row["updates_per_second"] / 1e9
-        lowest, highest = min(lowest, rate), max(highest, rate)
-        axes.plot(row["flops"] / row["bytes"], rate, PARTS[part],
-                  color=COLOURS[methods.index(method)],
-                  markersize=13 if part == "step" else 7)
-    handles = [Patch(color=colour, label=method.replace("_", " "))
-               for method, colour in zip(methods, COLOURS)]
-    handles += [plt.Line2D([], [], color="grey", marker=marker, linestyle="",
-                           label=part) for part, marker in PARTS.items()]
-    axes.legend(handles=handles, fontsize=8, loc="center left",
-                bbox_to_anchor=(1, 0.5))
+    lines = (len(methods) + 1) // 2
+    figure, panels = plt.subplots(
+        lines, min(len(methods), 2), figsize=(9, 0.8 + 3.4 * lines),
+        sharex=True, sharey=True, squeeze=False, layout="constrained")
+    for axes in panels.flat[len(methods):]:
+        axes.axis("off")
+    rates = [limits["fma_all"] / 1e9]
+    for method, axes in zip(methods, panels.flat):
+        _roof(axes, limits)
+        for part, (marker, colour) in PARTS.items():
+            row = next((row for key, row in some.items()
+                        if key[0] == method and key[5] == part), None)
+            if row is None or row["flops"] <= 0:
+                continue
+            rates.append(row["flops"] * row["updates_per_second"] / 1e9)
+            axes.plot(row["flops"] / row["bytes"], rates[-1], marker,
+                      color=colour, markeredgecolor="white",
+                      markersize=15 if part == "step" else 9)
+        axes.set_title(method.replace("_", " "), fontsize=10)
+        axes.grid(True, which="major", color="0.9")
     axes.set_xlim(0.005, 100)
-    axes.set_ylim(lowest / 3, 3 * highest)
-    axes.set_xlabel("flops per byte, counted")
-    axes.set_ylabel("Gflop/s")
-    axes.set_title(title, fontsize=10)
-    axes.grid(True, which="major", color="0.9")
-    figure.savefig(path, dpi=110)
+    axes.set_ylim(min(rates) / 3, 5 * max(rates))
+    handles = [plt.Line2D([], [], color=colour, marker=marker, linestyle="",
+                          markersize=9, markeredgecolor="white", label=part)
+               for part, (marker, colour) in PARTS.items()]
+    figure.legend(handles=handles, fontsize=9, loc="center left",
+                  bbox_to_anchor=(1, 0.5))
+    figure.supxlabel("flops per byte, counted", fontsize=10)
+    figure.supylabel("Gflop/s", fontsize=10)
+    figure.suptitle(title, fontsize=11)
+    figure.savefig(path, dpi=110, bbox_inches="tight")
     plt.close(figure)
