@@ -1,11 +1,22 @@
 """The roofline of a session: what the parts reach of what the machine allows."""
 from figure import np, plt
 
-PARTS = {"step": ("*", "black"), "prepare": ("P", "tab:purple"),
+PARTS = {"step": ("o", "black"), "prepare": ("P", "tab:purple"),
          "P2G": ("o", "tab:blue"), "G2P": ("D", "tab:red"),
          "grid": ("^", "tab:green"), "sort": ("v", "tab:brown"),
          "EOS": ("X", "tab:orange")}
 INTENSITY = np.logspace(-2.4, 2, 200)
+
+
+def _style(part):
+    """Of its marker: a ring for the step, through which others are seen."""
+    marker, colour = PARTS[part]
+    if part == "step":
+        return {"marker": marker, "color": colour, "linestyle": "",
+                "markersize": 15, "markerfacecolor": "none",
+                "markeredgewidth": 1.5}
+    return {"marker": marker, "color": colour, "linestyle": "",
+            "markersize": 9, "markeredgecolor": "white"}
 
 
 def _roof(axes, limits):
@@ -39,22 +50,19 @@ def draw(some, limits, path, title):
     rates = [limits["fma_all"] / 1e9]
     for method, axes in zip(methods, panels.flat):
         _roof(axes, limits)
-        for part, (marker, colour) in PARTS.items():
+        for part in PARTS:
             row = next((row for key, row in some.items()
                         if key[0] == method and key[5] == part), None)
             if row is None or row["flops"] <= 0:
                 continue
             rates.append(row["flops"] * row["updates_per_second"] / 1e9)
-            axes.plot(row["flops"] / row["bytes"], rates[-1], marker,
-                      color=colour, markeredgecolor="white",
-                      markersize=15 if part == "step" else 9)
+            axes.plot(row["flops"] / row["bytes"], rates[-1], **_style(part))
         axes.set_title(method.replace("_", " "), fontsize=10)
         axes.grid(True, which="major", color="0.9")
     axes.set_xlim(0.005, 100)
     axes.set_ylim(min(rates) / 3, 5 * max(rates))
-    handles = [plt.Line2D([], [], color=colour, marker=marker, linestyle="",
-                          markersize=9, markeredgecolor="white", label=part)
-               for part, (marker, colour) in PARTS.items()]
+    handles = [plt.Line2D([], [], label=part, **_style(part))
+               for part in PARTS]
     figure.legend(handles=handles, fontsize=9, loc="center left",
                   bbox_to_anchor=(1, 0.5))
     figure.supxlabel("flops per byte, counted", fontsize=10)
