@@ -21,12 +21,14 @@ install(
   EXPORT MachpointTargets
   NAMESPACE Machpoint::
   DESTINATION "${package}")
+# Where find_package does not look: the build tree is no package.
+set(made "${PROJECT_BINARY_DIR}/to_install")
 configure_package_config_file(
   cmake/MachpointConfig.cmake.in
-  "${PROJECT_BINARY_DIR}/MachpointConfig.cmake"
+  "${made}/MachpointConfig.cmake"
   INSTALL_DESTINATION "${package}")
-write_basic_package_version_file("${PROJECT_BINARY_DIR}/MachpointConfigVersion.cmake"
+write_basic_package_version_file("${made}/MachpointConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion)
-install(FILES "${PROJECT_BINARY_DIR}/MachpointConfig.cmake"
-              "${PROJECT_BINARY_DIR}/MachpointConfigVersion.cmake"
+install(FILES "${made}/MachpointConfig.cmake"
+              "${made}/MachpointConfigVersion.cmake"
         DESTINATION "${package}")
