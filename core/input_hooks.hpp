@@ -11,6 +11,8 @@
 #include <core/halo.hpp>
 
 #include <functional>
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -35,6 +37,18 @@ struct MethodFacts
   \brief Static functions of a module type, each of which it may leave out: it
   is null then. Asked is the type in the input's dimension; entries are
   resolved.
+
+  Keys of these names mean the same in all types:
+
+  | key | what it is |
+  |---|---|
+  | `type` | the module's name: no type declares it |
+  | `name` | a text: of its series' file, and of the module in reports |
+  | `side` | a choice, which reports tell behind the type |
+  | `region` | a shape; of a boundary the part of its sides that it takes |
+  | `treatment`, `image_reach` | of a body what they are of an `obstacle` |
+
+  A type that declares one of the first four as anything else is refused.
 */
 struct InputHooks
 {
@@ -43,7 +57,8 @@ struct InputHooks
     //! What is wrong that no single key can tell, from the entry's place on,
     //! with a remedy: "/velocity: must point into ..."; empty: nothing.
     std::function<std::string( const Json& entry, const MethodFacts& )> fault;
-    //! The sides of the domain that a boundary takes; null: none.
+    //! The sides of the domain that a boundary takes, which `complete` has no
+    //! part in; null: none.
     std::function<std::vector<SideClaim>( const Json& entry )> sides;
     //! What gas a boundary shows beyond a side that it takes to `gas` before
     //! it, so that `check` finds shocks; null: nobody knows.
@@ -59,14 +74,70 @@ struct InputHooks
     std::function<std::string( const Json* entry, const FlowFacts& )> remark;
 };
 
+//! What action() returns. An error tells which module's it is, and of which of
+//! its functions. \throws std::runtime_error
+template <class Action>
+auto namingModule( const std::string& module, const std::string& function,
+                   const Action& action )
+{
+    try
+    {
+        return action();
+    }
+    catch ( const InputError& )
+    {
+        throw; // names its place
+    }
+    catch ( const std::bad_alloc& )
+    {
+        throw;
+    }
+    catch ( const std::exception& error )
+    {
+        throw std::runtime_error( std::string( error.what() ) + " (" + module +
+                                  " in " + function + ")" );
+    }
+}
+
+//! The same function, whose errors name the module.
+template <class Return, class... Arguments>
+std::function<Return( Arguments... )>
+namingErrors( const std::string& module, const std::string& function,
+              const std::function<Return( Arguments... )>& action )
+{
+    return [=]( Arguments... arguments ) -> Return
+    {
+        return namingModule( module, function,
+                             [&]() -> Return
+                             { return action( arguments... ); } );
+    };
+}
+
+//! Sides that there are. \throws std::logic_error one of them is not
+inline std::vector<SideClaim> checkedSides( std::vector<SideClaim> claims,
+                                            const int dimension )
+{
+    for ( const auto& claim : claims )
+        if ( claim.side < 0 || claim.side >= 2 * dimension )
+            throw std::logic_error(
+                "side " + std::to_string( claim.side ) + " is claimed; in " +
+                std::to_string( dimension ) + "D they are 0 to " +
+                std::to_string( 2 * dimension - 1 ) +
+                ", 2 * axis + (upper ? 1 : 0)" );
+    return claims;
+}
+
 //! Those that a module type has.
-template <class Type>
+template <int Dim, class Type>
 InputHooks inputHooksOf()
 {
     InputHooks own;
 #define MACHPOINT_TAKE_IF_THERE( hook )                                        \
     if constexpr ( requires { &Type::hook; } )                                 \
-        own.hook = &Type::hook;
+    {                                                                          \
+        using Function = decltype( own.hook );                                 \
+        own.hook = namingErrors( Type::name, #hook, Function( &Type::hook ) ); \
+    }
     MACHPOINT_TAKE_IF_THERE( complete )
     MACHPOINT_TAKE_IF_THERE( fault )
     MACHPOINT_TAKE_IF_THERE( sides )
@@ -75,6 +146,12 @@ InputHooks inputHooksOf()
     MACHPOINT_TAKE_IF_THERE( columns )
     MACHPOINT_TAKE_IF_THERE( remark )
 #undef MACHPOINT_TAKE_IF_THERE
+    if constexpr ( requires { &Type::sides; } )
+        own.sides = namingErrors(
+            Type::name, "sides",
+            decltype( own.sides )(
+                []( const Json& entry )
+                { return checkedSides( Type::sides( entry ), Dim ); } ) );
     return own;
 }
 

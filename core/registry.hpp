@@ -109,6 +109,16 @@ struct ModuleFactory
     InputHooks input{}; //!< static functions that it has
 };
 
+//! What a module type declares. \param type its name
+//! \throws std::logic_error it has another name there, or keys whose names
+//! mean something else (InputHooks)
+Parameters checkedDeclaration( const std::string& type, Parameters declared );
+
+//! What an entry's module is called in reports: its type, and its `side` and
+//! `name`.
+std::string reportName( const Json& entry );
+
+
 //! What an input may say of a module type, without what makes one: kernels are
 //! compiled where they are made. The type has `name` and `declare`, and static
 //! functions of InputHooks.
@@ -117,11 +127,19 @@ ModuleFactory<Dim> moduleDeclaration()
 {
     using Type = ModuleType<Dim>;
     return { Type::name,
-             &Type::declare,
+             []( const int dimension )
+             {
+                 return namingModule( Type::name, "declare",
+                                      [&] {
+                                          return checkedDeclaration(
+                                              Type::name,
+                                              Type::declare( dimension ) );
+                                      } );
+             },
              std::is_base_of_v<EquationOfState<Dim>, Type>,
              nullptr,
              hooksOf<Dim, Type>(),
-             inputHooksOf<Type>() };
+             inputHooksOf<Dim, Type>() };
 }
 
 //! The factory of a module type: constructible from its resolved JSON, or
@@ -130,19 +148,25 @@ template <int Dim, template <int> class ModuleType>
 ModuleFactory<Dim> moduleFactory()
 {
     using Type = ModuleType<Dim>;
+    using Gas = EquationOfState<Dim>;
+    constexpr bool takes_gas =
+        std::is_constructible_v<Type, const Json&, const Gas&>;
     auto factory = moduleDeclaration<Dim, ModuleType>();
-    factory.make =
-        []( const Json& json,
-            const EquationOfState<Dim>* gas ) -> std::unique_ptr<Module<Dim>>
+    factory.make = []( const Json& json,
+                       const Gas* gas ) -> std::unique_ptr<Module<Dim>>
     {
-        if constexpr ( std::is_constructible_v<Type, const Json&,
-                                               const EquationOfState<Dim>&> )
-            return std::make_unique<Type>( json, *gas );
-        else
-        {
-            static_cast<void>( gas );
-            return std::make_unique<Type>( json );
-        }
+        return namingModule( Type::name, "its constructor",
+                             [&]() -> std::unique_ptr<Module<Dim>>
+                             {
+                                 if constexpr ( takes_gas )
+                                     return std::make_unique<Type>( json,
+                                                                    *gas );
+                                 else
+                                 {
+                                     static_cast<void>( gas );
+                                     return std::make_unique<Type>( json );
+                                 }
+                             } );
     };
     return factory;
 }
@@ -237,7 +261,8 @@ void addModule( std::vector<ModuleFactory<Dim>>& list )
     list.push_back( std::move( factory ) );
 }
 
-//! Adds a physics module from outside this repository, before runCommandLine.
+//! Adds a physics module from outside this repository, before runCommandLine,
+//! which does not see the error: uncaught, it ends the program with its text.
 //! \throws std::invalid_argument its name is taken
 template <template <int> class ModuleType>
 void registerPhysics()

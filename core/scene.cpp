@@ -42,12 +42,7 @@ void makeModules( const Json& list,
                 throw std::logic_error( fmt::format(
                     "Machpoint_DIMENSIONS leaves out {}D, and so {}", Dim,
                     factory.name ) );
-            auto name = factory.name;
-            for ( const auto* key : { "side", "name" } )
-                if ( json.contains( key ) && json.at( key ).is_string() )
-                    name = fmt::format(
-                        "{} {}", name,
-                        json.at( key ).template get<std::string>() );
+            const auto name = reportName( json );
             const Profile::Effect effect( name );
             auto module = factory.make( json, scene.gas );
             if ( gas )
@@ -135,10 +130,13 @@ void checkPeriodicBodies( const Json& input, const Grid<Dim>& grid,
     for ( const auto& entry : input.at( "boundary" ) )
     {
         if ( const auto& hooks = boundaryHooks( entry, Dim ); hooks.solid )
+        {
             solids.push_back( hooks.solid( entry ) );
-        if ( entry.value( "treatment", Json() ) == "images" )
-            reach = Kokkos::max( reach, entry.at( "image_reach" ).get<Real>() *
+            if ( entry.value( "treatment", Json() ) == "images" )
+                reach =
+                    Kokkos::max( reach, entry.value( "image_reach", 0.0_rt ) *
                                             grid.maxSpacing() );
+        }
         for ( const auto& claim : sidesOf( entry, Dim ) )
             if ( claim.kind == SideKind::periodic )
                 is_periodic[claim.side / 2] = 1;

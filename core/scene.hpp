@@ -14,7 +14,7 @@ namespace Machpoint
 template <int Dim>
 struct ActiveModule
 {
-    std::string name; //!< type, and the entry's "side" or "name"
+    std::string name; //!< reportName
     std::unique_ptr<Module<Dim>> module;
     Hooks hooks;                  //!< that its type overrides
     std::vector<SideClaim> sides; //!< of a boundary; else none

@@ -251,7 +251,9 @@ class Checker
             return;
         const auto fault = hooks.fault( entry, methodFacts( _input ) );
         if ( !fault.empty() )
-            _errors.push_back( place + fault );
+            _errors.push_back(
+                place + ( fault.find_first_of( "/:" ) == 0 ? "" : ": " ) +
+                fault );
     }
 
     void checkPhysics()

@@ -18,7 +18,7 @@ namespace Machpoint
 enum ExitCode
 {
     finished = 0,
-    numerical_failure = 1, //!< the gas broke down
+    numerical_failure = 1, //!< the gas broke down, or an unexpected error
     wrong_input = 2,       //!< or a wrong command line
     stopped_early = 3,     //!< by a signal or the stop file
     io_failure = 4         //!< the disk refused

@@ -1,0 +1,178 @@
+/*!
+  \file tstModules.cpp
+  \brief Modules from outside: what is asked of them before a run, and what they
+  are told that do it wrong.
+*/
+#include "scenes.hpp"
+
+#include <boundary/walls.hpp>
+#include <core/file.hpp>
+#include <core/registry.hpp>
+#include <drivers/study_effects.hpp>
+#include <drivers/study_input.hpp>
+#include <drivers/warnings.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+
+#include <unistd.h>
+
+namespace
+{
+
+using namespace Machpoint;
+using namespace Test;
+
+//! What the modules below do wrong at the moment; empty: nothing.
+std::string mistake;
+
+//! Heats the gas in a region; has a series, and a part that can be left out.
+template <int Dim>
+class Heater : public Module<Dim>
+{
+  public:
+    static constexpr const char* name = "heater";
+    static Parameters declare( const int dimension )
+    {
+        if ( mistake == "declare" )
+            throw std::runtime_error( "table.dat is not there" );
+        Parameters p( mistake == "name" ? "heather" : name, "heats the gas",
+                      dimension );
+        p.text( "name", "of its series" ).defaultsTo( "heat" );
+        p.number( "glow", "a part of it" )
+            .switches( "glow of heat", 0 )
+            .defaultsTo( 1 );
+        if ( mistake == "type" )
+            p.text( "type", "of fuel" ).defaultsTo( "coal" );
+        if ( mistake == "region" )
+            p.text( "region", "where" ).defaultsTo( "here" );
+        else
+            p.oneOf( "region", shapeFamily(), "where" ).optional();
+        return p;
+    }
+    static std::string fault( const Json& entry, const MethodFacts& )
+    {
+        return mistake == "fault"   ? "is too hot; cool it"
+               : mistake == "throw" ? entry.at( "fuel" ).get<std::string>()
+                                    : "";
+    }
+    static std::vector<std::string> columns() { return { "given" }; }
+    explicit Heater( const Json& )
+    {
+        if ( mistake == "constructor" )
+            throw std::runtime_error( "table.dat is not there" );
+    }
+};
+
+//! A wall that heats, and says nothing else of itself than the wall does.
+template <int Dim>
+class HotWall : public SlipWall<Dim>
+{
+  public:
+    static constexpr const char* name = "hot_wall";
+    static Parameters declare( const int dimension )
+    {
+        Parameters p( name, "a wall that heats", dimension );
+        SideBoundary<Dim>::declareSide( p );
+        p.number( "glow", "a part of it" )
+            .switches( "glow of walls", 0 )
+            .defaultsTo( 0 );
+        return p;
+    }
+    static std::vector<SideClaim> sides( const Json& entry )
+    {
+        auto claims = SlipWall<Dim>::sides( entry );
+        if ( mistake == "side" )
+            claims[0].side = 2 * Dim;
+        else if ( mistake == "lower side" )
+            claims[0].side = -1;
+        return claims;
+    }
+    explicit HotWall( const Json& json ) : SlipWall<Dim>( json ) {}
+    bool particleSource( State<Dim>& ) override { return true; }
+};
+
+class ModulesFromOutside : public testing::Test
+{
+  protected:
+    static void SetUpTestSuite()
+    {
+        registerPhysics<Heater>();
+        registerBoundary<HotWall>();
+    }
+    void TearDown() override { mistake.clear(); }
+
+    //! Gas at rest in 1D, with a heater.
+    static Json heated()
+    {
+        auto input = box( 1, 20, 3, "conservative", "quadratic", "slip_wall" );
+        input["physics"].push_back( { { "type", "heater" } } );
+        return input;
+    }
+
+    static std::string messageOf( const std::function<void()>& action )
+    {
+        try
+        {
+            action();
+        }
+        catch ( const std::exception& error )
+        {
+            return error.what();
+        }
+        return "";
+    }
+
+    static std::string refused( const Json& input )
+    {
+        return messageOf( [&] { resolveInput( input, "test" ); } );
+    }
+};
+
+TEST_F( ModulesFromOutside, errorsOfTheirOwnNameThem )
+{
+    const auto input = heated();
+    mistake = "constructor";
+    EXPECT_EQ( messageOf( [&] { simulate( input ); } ),
+               "table.dat is not there (heater in its constructor)" );
+    mistake = "declare";
+    EXPECT_EQ( refused( input ), "table.dat is not there (heater in declare)" );
+    mistake = "throw";
+    EXPECT_NE( refused( input ).find( "'fuel' not found (heater in fault)" ),
+               std::string::npos );
+    mistake = "fault";
+    EXPECT_EQ( refused( input ), "test: /physics/1: is too hot; cool it" );
+}
+
+TEST_F( ModulesFromOutside, whatTheyDeclareIsLookedAt )
+{
+    mistake = "name";
+    EXPECT_EQ( refused( heated() ),
+               "the type is called \"heater\" and declares \"heather\": give "
+               "both one name (heater in declare)" );
+    for ( const auto* key : { "type", "region" } )
+    {
+        mistake = key;
+        EXPECT_NE( refused( heated() ).find( "the key \"" + mistake + "\" is" ),
+                   std::string::npos )
+            << key;
+    }
+}
+
+TEST_F( ModulesFromOutside, aClaimOfNoSideIsAnError )
+{
+    auto input = heated();
+    input["boundary"][0] = { { "type", "hot_wall" }, { "side", "x_lower" } };
+    EXPECT_EQ( refused( input ), "" );
+    mistake = "side";
+    EXPECT_EQ( refused( input ),
+               "side 2 is claimed; in 1D they are 0 to 1, 2 * axis + (upper ? "
+               "1 : 0) (hot_wall in sides)" );
+    mistake = "lower side";
+    EXPECT_NE( refused( input ).find( "side -1 is claimed" ),
+               std::string::npos );
+}
+
+} // namespace
