@@ -14,6 +14,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace Machpoint
@@ -132,11 +133,31 @@ template <int Dim, class Type>
 InputHooks inputHooksOf()
 {
     InputHooks own;
+    // What is private cannot be asked for, but makes a name ambiguous.
 #define MACHPOINT_TAKE_IF_THERE( hook )                                        \
     if constexpr ( requires { &Type::hook; } )                                 \
     {                                                                          \
         using Function = decltype( own.hook );                                 \
+        static_assert(                                                         \
+            std::is_constructible_v<Function, decltype( &Type::hook )>,        \
+            "the module's " #hook " is no static function with "               \
+            "the parameters of InputHooks::" #hook );                          \
         own.hook = namingErrors( Type::name, #hook, Function( &Type::hook ) ); \
+    }                                                                          \
+    else if constexpr ( !std::is_final_v<Type> )                               \
+    {                                                                          \
+        struct Other                                                           \
+        {                                                                      \
+            int hook;                                                          \
+        };                                                                     \
+        struct Both : Type, Other                                              \
+        {                                                                      \
+        };                                                                     \
+        static_assert(                                                         \
+            requires { &Both::hook; },                                         \
+            "the module's " #hook " is private or overloaded: "                \
+            "make it one public static function, or give it "                  \
+            "another name" );                                                  \
     }
     MACHPOINT_TAKE_IF_THERE( complete )
     MACHPOINT_TAKE_IF_THERE( fault )

@@ -34,7 +34,19 @@ namespace Machpoint
     APPLY( applyToParticles )                                                  \
     APPLY( inject )
 
-//! Their names.
+//! What else a module may override.
+#define MACHPOINT_ANSWERS( APPLY )                                             \
+    APPLY( imageReach )                                                        \
+    APPLY( acceleration )                                                      \
+    APPLY( covers )                                                            \
+    APPLY( isSolid )                                                           \
+    APPLY( isOpen )                                                            \
+    APPLY( exertsForce )                                                       \
+    APPLY( checkpoint )                                                        \
+    APPLY( rejectStep )                                                        \
+    APPLY( series )
+
+//! Names of the hooks.
 enum class Hook : unsigned
 {
 #define MACHPOINT_NAME( hook ) hook,
@@ -72,6 +84,23 @@ class Hooks
     unsigned _bits = 0;
 };
 
+//! The type of a pointer to a member as one to a member of another class.
+template <class Type, class Member>
+struct AsMemberOf;
+//! Of functions.
+template <class Type, class Function, class Owner>
+struct AsMemberOf<Type, Function Owner::*>
+{
+    using type = Function Type::*; //!< with the same parameters
+};
+
+//! Is a member of `Type` that has a hook's name the hook, perhaps overridden?
+//! If not it only hides it, and nothing calls it. \tparam Own its pointer
+//! \tparam Hook that of Module
+template <class Type, class Own, class Hook>
+inline constexpr bool is_hook =
+    std::is_convertible_v<Own, typename AsMemberOf<Type, Hook>::type>;
+
 //! The hooks that a module type overrides. A pointer to a hook is one to a
 //! member of the class that overrides it last. (What cannot be asked for, as it
 //! is private, is taken for one.)
@@ -79,6 +108,16 @@ template <int Dim, class Type>
 constexpr Hooks hooksOf()
 {
     Hooks own;
+#define MACHPOINT_REQUIRE_SIGNATURE( hook )                                    \
+    if constexpr ( requires { &Type::hook; } )                                 \
+        static_assert( is_hook<Type, decltype( &Type::hook ),                  \
+                               decltype( &Module<Dim>::hook )>,                \
+                       "the module's " #hook " has not the parameters of "     \
+                       "Module::" #hook ", so nothing would call it: write "   \
+                       "override behind it, and the compiler tells why" );
+    MACHPOINT_HOOKS( MACHPOINT_REQUIRE_SIGNATURE )
+    MACHPOINT_ANSWERS( MACHPOINT_REQUIRE_SIGNATURE )
+#undef MACHPOINT_REQUIRE_SIGNATURE
 #define MACHPOINT_ADD_IF_OVERRIDDEN( hook )                                    \
     if constexpr ( !requires {                                                 \
                        requires std::is_same_v<                                \
@@ -118,6 +157,18 @@ Parameters checkedDeclaration( const std::string& type, Parameters declared );
 //! `name`.
 std::string reportName( const Json& entry );
 
+//! Converts to Json and to nothing else.
+struct JsonAlone
+{
+    operator const Json&() const; //!< to ask for, never to call
+};
+
+//! Can a module be made from Json itself, not only from a number that Json
+//! would become?
+template <class Type>
+inline constexpr bool is_made_from_json =
+    std::is_abstract_v<Type> || // of which the compiler tells more
+    std::is_constructible_v<Type, JsonAlone>;
 
 //! What an input may say of a module type, without what makes one: kernels are
 //! compiled where they are made. The type has `name` and `declare`, and static
@@ -150,7 +201,10 @@ ModuleFactory<Dim> moduleFactory()
     using Type = ModuleType<Dim>;
     using Gas = EquationOfState<Dim>;
     constexpr bool takes_gas =
-        std::is_constructible_v<Type, const Json&, const Gas&>;
+        std::is_constructible_v<Type, JsonAlone, const Gas&>;
+    static_assert( takes_gas || is_made_from_json<Type>,
+                   "a module needs a public constructor from const Json&, or "
+                   "from that and const EquationOfState<Dim>&" );
     auto factory = moduleDeclaration<Dim, ModuleType>();
     factory.make = []( const Json& json,
                        const Gas* gas ) -> std::unique_ptr<Module<Dim>>

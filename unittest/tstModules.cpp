@@ -175,4 +175,40 @@ TEST_F( ModulesFromOutside, aClaimOfNoSideIsAnError )
                std::string::npos );
 }
 
+//! Has a hook's name in its mouth, but not the hook.
+template <int Dim>
+class Mumbler : public Module<Dim>
+{
+  public:
+    explicit Mumbler( double ) {}
+    bool particleSource( const State<Dim>& ) { return true; }
+    void inject( State<Dim>&, int ) {}
+    void gridWork( State<Dim>& ) noexcept override {}
+};
+
+// What a compiler is to refuse, in terms of what it asks.
+TEST_F( ModulesFromOutside, hooksHaveTheirParameters )
+{
+    using Base = Module<2>;
+    using Mute = Mumbler<2>;
+    constexpr bool with_other_state =
+        is_hook<Mute, decltype( &Mute::particleSource ),
+                decltype( &Base::particleSource )>;
+    constexpr bool with_a_number =
+        is_hook<Mute, decltype( &Mute::inject ), decltype( &Base::inject )>;
+    constexpr bool overridden =
+        is_hook<Mute, decltype( &Mute::gridWork ), decltype( &Base::gridWork )>;
+    constexpr bool inherited =
+        is_hook<Mute, decltype( &Mute::layOut ), decltype( &Base::layOut )>;
+    EXPECT_FALSE( with_other_state );
+    EXPECT_FALSE( with_a_number );
+    EXPECT_TRUE( overridden );
+    EXPECT_TRUE( inherited );
+    // Json would become a number.
+    constexpr bool from_a_number = std::is_constructible_v<Mute, const Json&>;
+    EXPECT_TRUE( from_a_number );
+    EXPECT_FALSE( is_made_from_json<Mute> );
+    EXPECT_TRUE( is_made_from_json<Heater<2>> );
+}
+
 } // namespace
