@@ -30,6 +30,7 @@ class Inflow : public SideBoundary<Dim>
     //! \name What an input says of it: see ModuleFactory and InputHooks
     //! @{
     static constexpr const char* name = "inflow";
+    using KeepsUniformGas = Inflow;
 
     static Parameters declare( const int dimension )
     {

@@ -38,6 +38,7 @@ class Obstacle : public Module<Dim>
     //! \name What an input says of it: see ModuleFactory and InputHooks
     //! @{
     static constexpr const char* name = "obstacle";
+    using KeepsUniformGas = Obstacle;
 
     static Parameters declare( const int dimension )
     {

@@ -66,6 +66,7 @@ class Outflow : public SideBoundary<Dim>
     //! \name What an input says of it: see ModuleFactory and InputHooks
     //! @{
     static constexpr const char* name = "outflow";
+    using KeepsUniformGas = Outflow;
 
     static Parameters declare( const int dimension )
     {

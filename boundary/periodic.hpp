@@ -18,6 +18,7 @@ class Periodic : public Module<Dim>
     //! \name What an input says of it: see ModuleFactory and InputHooks
     //! @{
     static constexpr const char* name = "periodic";
+    using KeepsUniformGas = Periodic;
 
     static Parameters declare( const int dimension )
     {

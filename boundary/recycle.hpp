@@ -26,6 +26,7 @@ class Recycle : public Module<Dim>
     //! \name What an input says of it: see ModuleFactory and InputHooks
     //! @{
     static constexpr const char* name = "recycle";
+    using KeepsUniformGas = Recycle;
 
     static Parameters declare( const int dimension )
     {

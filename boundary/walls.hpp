@@ -20,6 +20,7 @@ class Wall : public SideBoundary<Dim>
     //! @{
     static constexpr const char* name =
         Kind == SideKind::slip ? "slip_wall" : "no_slip_wall";
+    using KeepsUniformGas = Wall;
 
     static Parameters declare( const int dimension )
     {

@@ -62,7 +62,8 @@ struct InputHooks
     //! part in; null: none.
     std::function<std::vector<SideClaim>( const Json& entry )> sides;
     //! What gas a boundary shows beyond a side that it takes to `gas` before
-    //! it, so that `check` finds shocks; null: nobody knows.
+    //! it, so that `check` finds shocks; null: nobody knows. (Whether
+    //! the boundary does nothing else to the gas, KeepsUniformGas says.)
     std::function<GasState( const Json& entry, int side, const GasState& gas )>
         beyond;
     //! Shape of the solid body that a boundary puts into the gas; null: none.
@@ -73,6 +74,11 @@ struct InputHooks
     //! Why the scene cannot feel an effect (`entry` of it), or will feel its
     //! absence (null), with a remedy; empty: nothing to say. `check` asks.
     std::function<std::string( const Json* entry, const FlowFacts& )> remark;
+    //! Does a boundary leave a gas alone that is uniform, where `beyond` shows
+    //! the same gas, or a body one at rest? Its type says so by
+    //! `using KeepsUniformGas = Itself;`, which types that derive from it
+    //! have to say anew.
+    bool keeps_uniform_gas = false;
 };
 
 //! What action() returns. An error tells which module's it is, and of which of
@@ -173,6 +179,10 @@ InputHooks inputHooksOf()
             decltype( own.sides )(
                 []( const Json& entry )
                 { return checkedSides( Type::sides( entry ), Dim ); } ) );
+    own.keeps_uniform_gas = requires
+    {
+        requires std::is_same_v<typename Type::KeepsUniformGas, Type>;
+    };
     return own;
 }
 

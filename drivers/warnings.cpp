@@ -349,8 +349,10 @@ class Survey
             [&]( const Json& entry )
             {
                 const auto& hooks = boundaryHooks( entry, Dim );
+                if ( !hooks.keeps_uniform_gas )
+                    return true; // nobody knows
                 if ( !hooks.beyond )
-                    return !hooks.solid; // nobody knows, or looked at above
+                    return false; // a body, which was looked at above
                 const auto sides = sidesOf( entry, Dim );
                 return std::any_of(
                     sides.begin(), sides.end(),

@@ -175,6 +175,18 @@ TEST_F( ModulesFromOutside, aClaimOfNoSideIsAnError )
                std::string::npos );
 }
 
+// A type that derives from a wall does not say that it leaves the gas alone.
+TEST_F( ModulesFromOutside, nothingIsCalledUndisturbedThatMightNotBe )
+{
+    auto input = box( 1, 20, 3, "conservative", "quadratic", "slip_wall" );
+    addViscosity( input );
+    auto warnings = findWarnings( resolveInput( input, "test" ) );
+    ASSERT_EQ( warnings.size(), 1u );
+    EXPECT_NE( warnings[0].find( "nothing disturbs it" ), std::string::npos );
+    input["boundary"][0]["type"] = "hot_wall";
+    EXPECT_TRUE( findWarnings( resolveInput( input, "test" ) ).empty() );
+}
+
 //! Has a hook's name in its mouth, but not the hook.
 template <int Dim>
 class Mumbler : public Module<Dim>
