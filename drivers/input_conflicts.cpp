@@ -4,6 +4,8 @@
 */
 #include <drivers/input_conflicts.hpp>
 
+#include <drivers/input.hpp>
+
 #include <core/basis.hpp>
 #include <core/communicator.hpp>
 #include <core/exact.hpp>
@@ -75,6 +77,7 @@ class Checker
             checkInitial();
         if ( _sound.have( { "boundary" } ) )
             checkBoundary();
+        checkShapes( _input, inputParameters( _dimension ), "" );
         _sound.remove( _errors, "" );
         if ( _sound.have( { "grid", "physics", "initial", "boundary", "time",
                             "exact" } ) )
@@ -88,10 +91,13 @@ class Checker
         _errors.push_back( place + ": " + message );
     }
 
-    //! Scenes and obstacles give files and directories their names.
+    //! Scenes and series give files and directories their names.
     void checkFileName( const Json& name, const std::string& place )
     {
         const auto text = name.get<std::string>();
+        if ( text.empty() )
+            error( place,
+                   "names a file or directory, so it must not be empty" );
         const bool is_printed =
             std::all_of( text.begin(), text.end(),
                          []( const unsigned char c ) { return c >= ' '; } );
@@ -269,6 +275,7 @@ class Checker
                 error( place, "a second " + factory.name + "; keep one" );
             gases += factory.is_equation_of_state ? 1 : 0;
             checkEntry( entry, physicsHooks( entry, _dimension ), place );
+            checkSeries( entry, place );
         }
         if ( gases != 1 )
             error( "/physics",
@@ -283,8 +290,6 @@ class Checker
         for ( const auto& entry : _input.at( "initial" ) )
         {
             const auto place = fmt::format( "/initial/{}", k++ );
-            if ( entry.contains( "region" ) )
-                checkShape( entry.at( "region" ), place + "/region", _errors );
             if ( entry.contains( "normal" ) )
             {
                 double length = 0;
@@ -301,24 +306,12 @@ class Checker
         const auto names = sideNames( _dimension );
         std::vector<int> entries( names.size() ), whole( names.size() ),
             periodic( names.size() );
-        std::set<std::string> reported;
         int k = 0;
         for ( const auto& entry : _input.at( "boundary" ) )
         {
             const auto place = fmt::format( "/boundary/{}", k++ );
             checkEntry( entry, boundaryHooks( entry, _dimension ), place );
-            for ( const auto* key : { "shape", "region" } )
-                if ( entry.contains( key ) && entry.at( key ).is_object() )
-                    checkShape( entry.at( key ), place + "/" + key, _errors );
-            if ( entry.contains( "name" ) && entry.at( "name" ).is_string() )
-            {
-                checkFileName( entry.at( "name" ), place + "/name" );
-                if ( !reported.insert( entry.at( "name" ).get<std::string>() )
-                          .second )
-                    error( place + "/name",
-                           "a second entry of this name; its report would "
-                           "replace the first one's" );
-            }
+            checkSeries( entry, place );
             for ( const auto& claim : sidesOf( entry, _dimension ) )
             {
                 ++entries[claim.side];
@@ -346,6 +339,53 @@ class Checker
         }
     }
 
+    //! Modules' `name` is that of their series.
+    void checkSeries( const Json& entry, const std::string& place )
+    {
+        if ( !entry.contains( "name" ) )
+            return;
+        const auto& name = entry.at( "name" );
+        checkFileName( name, place + "/name" );
+        if ( !_series.insert( name.get<std::string>() ).second )
+            error( place + "/name",
+                   "a second entry of this name; its report would replace the "
+                   "first one's" );
+    }
+
+    //! Shapes wherever they are declared. \param place of the object
+    void checkShapes( const Json& object, const Parameters& declared,
+                      const std::string& place )
+    {
+        for ( const auto& key : declared.keys() )
+        {
+            const auto value = object.find( key.name );
+            const bool is_at_root = place.empty();
+            if ( value == object.end() ||
+                 ( is_at_root && !_sound.have( { key.name.c_str() } ) ) )
+                continue;
+            const auto there = place + "/" + key.name;
+            if ( key.kind == Parameter::Kind::Object )
+                checkShapes( *value, *key.nested, there );
+            else if ( key.kind == Parameter::Kind::OneOf )
+                checkShapesOfMember( *value, key.family, there );
+            else if ( key.kind == Parameter::Kind::ListOf )
+                for ( std::size_t k = 0; k < value->size(); ++k )
+                    checkShapesOfMember( value->at( k ), key.family,
+                                         fmt::format( "{}/{}", there, k ) );
+        }
+    }
+
+    //! The same of an object that is one of a family.
+    void checkShapesOfMember( const Json& object, const Family& family,
+                              const std::string& place )
+    {
+        if ( family.name == shapeFamily().name )
+            return checkShape( object, place, _errors );
+        for ( const auto& member : family.members( _dimension ) )
+            if ( object.at( "type" ) == member.name() )
+                checkShapes( object, member, place );
+    }
+
     void checkExact()
     {
         try
@@ -362,6 +402,7 @@ class Checker
     SoundKeys _sound;
     int _dimension;
     std::vector<std::string> _errors;
+    std::set<std::string> _series; // their names
 };
 
 } // namespace

@@ -131,6 +131,48 @@ class ModulesFromOutside : public testing::Test
     }
 };
 
+TEST_F( ModulesFromOutside, aShapeIsCheckedWhereverItIsDeclared )
+{
+    auto input = heated();
+    input["physics"][1]["region"] = {
+        { "type", "box" }, { "lower", { 0.6 } }, { "upper", { 0.4 } } };
+    EXPECT_EQ( refused( input ), "test: /physics/1/region/upper/0: must be "
+                                 "greater than lower (0.6), not 0.4" );
+    input["physics"][1]["region"]["upper"] = { 0.8 };
+    EXPECT_EQ( refused( input ), "" );
+    // In a member of a union, too.
+    input["physics"][1]["region"] = {
+        { "type", "union" },
+        { "shapes", Json::array( { Json{ { "type", "half_space" },
+                                         { "point", { 0.0 } },
+                                         { "normal", { 0.0 } } } } ) } };
+    EXPECT_NE( refused( input ).find( "/physics/1/region/shapes/0/normal" ),
+               std::string::npos );
+}
+
+TEST_F( ModulesFromOutside, aSeriesHasANameOfItsOwn )
+{
+    auto input = heated();
+    input["physics"][1]["name"] = "a/b";
+    EXPECT_NE( refused( input ).find( "test: /physics/1/name: names a file" ),
+               std::string::npos );
+    input["physics"][1]["name"] = "";
+    EXPECT_NE( refused( input ).find( "/physics/1/name: names a file or "
+                                      "directory, so it must not be empty" ),
+               std::string::npos );
+    input["physics"][1]["name"] = "body";
+    EXPECT_EQ( refused( input ), "" );
+    input["boundary"].push_back( { { "type", "obstacle" },
+                                   { "name", "body" },
+                                   { "shape",
+                                     { { "type", "sphere" },
+                                       { "center", { 0.5 } },
+                                       { "radius", 0.2 } } } } );
+    EXPECT_EQ( refused( input ),
+               "test: /boundary/2/name: a second entry of this name; its "
+               "report would replace the first one's" );
+}
+
 TEST_F( ModulesFromOutside, errorsOfTheirOwnNameThem )
 {
     const auto input = heated();
