@@ -36,12 +36,15 @@ std::string readFile( const std::string& file )
 namespace
 {
 
-//! Defaults that depend on the method, of what is sound.
+//! Defaults that depend on the method, of what is sound: a method that is has
+//! all of its keys then but those whose default the dimension has a part in,
+//! where that is not known.
 void fillMethodDefaults( Json& input, const SoundKeys& sound )
 {
-    if ( !sound.have( { "dimension", "method" } ) )
+    if ( !sound.have( { "method" } ) )
         return;
-    const int dimension = input.at( "dimension" );
+    const int dimension =
+        sound.have( { "dimension" } ) ? input.at( "dimension" ).get<int>() : 0;
     auto& method = input.at( "method" );
     auto fill = []( Json& object, const std::string& key, const Json& value )
     {
@@ -56,6 +59,8 @@ void fillMethodDefaults( Json& input, const SoundKeys& sound )
         fill( input.at( "time" ), "cfl",
               ConservativeParts::defaultCfl( method.at( "time" ),
                                              method.at( "basis" ) ) );
+    if ( dimension == 0 )
+        return; // nothing is asked of modules
     auto complete = [&]( const char* key, const auto& hooksOfEntry )
     {
         if ( !sound.have( { key } ) )

@@ -265,4 +265,19 @@ TEST_F( ModulesFromOutside, hooksHaveTheirParameters )
     EXPECT_TRUE( is_made_from_json<Heater<2>> );
 }
 
+// What a method needs is known without the dimension.
+TEST_F( ModulesFromOutside, anInputWithoutDimensionIsToldSo )
+{
+    for ( const auto& method : methods )
+    {
+        auto input = heated();
+        input["method"] = { { "name", method } };
+        input.erase( "dimension" );
+        const auto message = refused( input );
+        EXPECT_TRUE( message.starts_with( "test: /dimension: missing" ) )
+            << message;
+        EXPECT_EQ( message.find( '\n' ), std::string::npos ) << message;
+    }
+}
+
 } // namespace
