@@ -69,7 +69,8 @@ struct InputHooks
     //! Shape of the solid body that a boundary puts into the gas; null: none.
     std::function<Json( const Json& entry )> solid;
     //! Columns of its series but "time", whose name is the entry's "name":
-    //! what a study can take for an error; null: none.
+    //! what a study can take for an error, of an effect or of a boundary;
+    //! null: none.
     std::function<std::vector<std::string>()> columns;
     //! Why the scene cannot feel an effect (`entry` of it), or will feel its
     //! absence (null), with a remedy; empty: nothing to say. `check` asks.

@@ -27,22 +27,60 @@ bool isEquationOfState( const Json& entry )
                         } );
 }
 
-//! The keys of an object that switch an effect which is on.
-void collect( const Parameters& parameters, const Json& object,
-              const std::string& prefix, std::vector<OptionalEffect>& effects )
+//! The effects that keys switch and that are on.
+class Switches
 {
-    for ( const auto& key : parameters.keys() )
+  public:
+    //! \param input resolved
+    explicit Switches( const Json& input )
+        : _dimension( input.at( "dimension" ) )
     {
-        const auto value = object.find( key.name );
-        if ( value == object.end() )
-            continue;
-        const auto path = prefix + key.name;
-        if ( !key.effect.empty() && *value != key.off )
-            effects.push_back( { key.effect, { { path, key.off } } } );
-        if ( key.kind == Parameter::Kind::Object )
-            collect( *key.nested, *value, path + ".", effects );
+        collect( inputParameters( _dimension ), input, "" );
     }
-}
+
+    //! Each once, though several keys may switch it.
+    const std::vector<OptionalEffect>& effects() const { return _effects; }
+
+  private:
+    //! Those of the keys of an object.
+    void collect( const Parameters& parameters, const Json& object,
+                  const std::string& prefix )
+    {
+        for ( const auto& key : parameters.keys() )
+        {
+            const auto value = object.find( key.name );
+            if ( value == object.end() )
+                continue;
+            const auto path = prefix + key.name;
+            if ( !key.effect.empty() && *value != key.off )
+                add( key.effect, path, key.off );
+            if ( key.kind == Parameter::Kind::Object )
+                collect( *key.nested, *value, path + "." );
+            else if ( key.kind == Parameter::Kind::ListOf )
+                for ( std::size_t k = 0; k < value->size(); ++k )
+                    for ( const auto& member :
+                          key.family.members( _dimension ) )
+                        if ( value->at( k ).at( "type" ) == member.name() )
+                            collect( member, value->at( k ),
+                                     fmt::format( "{}.{}.", path, k ) );
+        }
+    }
+
+    void add( const std::string& effect, const std::string& path,
+              const Json& off )
+    {
+        for ( auto& known : _effects )
+            if ( known.name == effect )
+            {
+                known.off[path] = off;
+                return;
+            }
+        _effects.push_back( { effect, { { path, off } } } );
+    }
+
+    int _dimension;
+    std::vector<OptionalEffect> _effects;
+};
 
 //! `physics` without the entries for which `isLeftOut` holds.
 template <class Predicate>
@@ -184,20 +222,31 @@ std::vector<OptionalEffect> optionalEffects( const Json& input )
     for ( const auto& entry : physics )
         if ( !isEquationOfState( entry ) )
             effects.push_back(
-                { entry.at( "type" ),
+                { reportName( entry ),
                   physicsWithout( physics, [&]( const Json& other )
                                   { return other == entry; } ) } );
-    collect( inputParameters( input.at( "dimension" ) ), input, "", effects );
+    const Switches switches( input );
+    effects.insert( effects.end(), switches.effects().begin(),
+                    switches.effects().end() );
     return effects;
 }
 
 Json withoutAll( const Json& input )
 {
     auto settings = Json::object();
-    for ( const auto& effect : optionalEffects( input ) )
-        setKeys( settings, effect.off );
+    auto bare = input;
+    const Switches switches( input );
+    for ( const auto& effect : switches.effects() )
+        for ( const auto& item : effect.off.items() )
+        {
+            applyOverride(
+                bare, fmt::format( "{}={}", item.key(), item.value().dump() ) );
+            // Places in `physics` are others without its effects.
+            if ( !item.key().starts_with( "physics." ) )
+                settings[item.key()] = item.value();
+        }
     setKeys( settings,
-             physicsWithout( input.at( "physics" ), []( const Json& entry )
+             physicsWithout( bare.at( "physics" ), []( const Json& entry )
                              { return !isEquationOfState( entry ); } ) );
     return settings;
 }

@@ -74,8 +74,9 @@ Parameters studyParameters()
                 "second half of a run, and averaged" )
         .defaultsTo( Json::array() );
     all.text( "error", "what a run is judged by: FIELD.NORM, or "
-                       "OBSTACLE.COLUMN of its series, averaged over the "
-                       "second half of the run, or PROBE.COLUMN" )
+                       "NAME.COLUMN of the series of a body or an effect, "
+                       "averaged over the second half of the run, or "
+                       "PROBE.COLUMN" )
         .nonEmpty()
         .defaultsTo( "density.L1" );
     all.oneOf( "reference", referenceFamily(),
@@ -109,22 +110,27 @@ std::vector<std::string> fieldErrors()
     return names;
 }
 
-//! Columns of the boundaries' series and of the probes. \param input resolved
+//! Columns of the modules' series and of the probes. \param input resolved
 std::vector<std::string> columnErrors( const Json& input, const Json& probes )
 {
     std::vector<std::string> names;
     for ( const auto& probe : probes )
         names.push_back( probeColumn( probe ) );
     const int dimension = input.at( "dimension" );
-    for ( const auto& entry : input.at( "boundary" ) )
+    auto addColumns = [&]( const char* list, const auto& hooksOfEntry )
     {
-        const auto& columns = boundaryHooks( entry, dimension ).columns;
-        if ( !columns || !entry.contains( "name" ) )
-            continue;
-        const auto name = entry.at( "name" ).get<std::string>();
-        for ( const auto& column : columns() )
-            names.push_back( fmt::format( "{}.{}", name, column ) );
-    }
+        for ( const auto& entry : input.at( list ) )
+        {
+            const auto& columns = hooksOfEntry( entry, dimension ).columns;
+            if ( !columns || !entry.contains( "name" ) )
+                continue;
+            const auto name = entry.at( "name" ).get<std::string>();
+            for ( const auto& column : columns() )
+                names.push_back( fmt::format( "{}.{}", name, column ) );
+        }
+    };
+    addColumns( "boundary", boundaryHooks );
+    addColumns( "physics", physicsHooks );
     return names;
 }
 
@@ -493,7 +499,8 @@ class Reader
         if ( names.empty() )
         {
             fail( "/error", "the scene has neither an exact solution nor a "
-                            "body to measure; leave this out" );
+                            "body or an effect that reports a series; leave "
+                            "this out" );
             return;
         }
         const auto name = error.get<std::string>();

@@ -217,6 +217,49 @@ TEST_F( ModulesFromOutside, aClaimOfNoSideIsAnError )
                std::string::npos );
 }
 
+// A study of effects leaves out an effect, and what a key of it, or of
+// boundaries, switches; all by the names of the end table.
+TEST_F( ModulesFromOutside, keysOfEntriesSwitchEffects )
+{
+    auto input = heated();
+    for ( const auto* end : { "lower", "upper" } )
+        input["boundary"][*end == 'l' ? 0 : 1] = {
+            { "type", "hot_wall" },
+            { "side", std::string( "x_" ) + end },
+            { "glow", 2 } };
+    const auto resolved = resolveInput( input, "test" );
+    std::map<std::string, Json> off;
+    for ( const auto& effect : optionalEffects( resolved ) )
+        off[effect.name] = effect.off;
+    ASSERT_EQ( off.count( "heater heat" ), 1u );
+    EXPECT_EQ( off["heater heat"]["physics"].size(), 1u );
+    EXPECT_EQ( off["glow of heat"].dump(), R"({"physics.1.glow":0})" );
+    EXPECT_EQ( off["glow of walls"].dump(),
+               R"({"boundary.0.glow":0,"boundary.1.glow":0})" );
+
+    const auto all = withoutAll( resolved );
+    for ( const auto& item : all.items() )
+        applyOverride( input, item.key() + "=" + item.value().dump() );
+    EXPECT_TRUE( optionalEffects( resolveInput( input, "test" ) ).empty() );
+}
+
+// A study takes columns of an effect's series for an error.
+TEST_F( ModulesFromOutside, seriesOfEffectsAreErrorsOfStudies )
+{
+    const auto folder = std::filesystem::temp_directory_path() /
+                        ( "machpoint_modules_" + std::to_string( getpid() ) );
+    makeDirectory( folder );
+    std::ofstream( folder / "scene.json" ) << heated().dump();
+    std::ofstream( folder / "study.json" )
+        << R"({ "study": "heat", "input": "scene.json", "kind": "effects",
+                "error": "heat.given" })";
+    Study study;
+    EXPECT_EQ( messageOf( [&] { study = loadStudy( folder / "study.json" ); } ),
+               "" );
+    EXPECT_EQ( study.error, "heat.given" );
+    std::filesystem::remove_all( folder );
+}
+
 // A type that derives from a wall does not say that it leaves the gas alone.
 TEST_F( ModulesFromOutside, nothingIsCalledUndisturbedThatMightNotBe )
 {
