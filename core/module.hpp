@@ -104,7 +104,9 @@ class Module
     //! where they are; before it marks one of them, or changes a mass, it calls
     //! state.particles.keepIdentities.
     virtual void applyToParticles( State<Dim>& ) {}
-    //! Adds new particles at the end. Those marked are still there.
+    //! Adds new particles at the end, each with an id of its own: from
+    //! state.next_id on, which all ranks then advance alike. Those marked are
+    //! still there.
     virtual void inject( State<Dim>& ) {}
 
     //! Does it take this place [Dim] on one of its sides (InputHooks::sides)?
