@@ -16,6 +16,9 @@ namespace
 std::string faultOfKey( const Parameter& key )
 {
     using Kind = Parameter::Kind;
+    if ( key.name == "type" )
+        return "the key \"type\" is the module's name, which every entry has: "
+               "call it something else";
     auto unless = [&]( const bool is_right, const char* meaning )
     {
         return is_right ? ""
@@ -23,12 +26,10 @@ std::string faultOfKey( const Parameter& key )
                                        "that, or call it something else",
                                        key.name, meaning );
     };
-    if ( key.name == "type" )
-        return unless( false, "the module's name" );
     if ( key.name == "name" )
         return unless( key.kind == Kind::Text, "the text that names a series" );
     if ( key.name == "side" )
-        return unless( key.kind == Kind::Choice, "a choice of sides" );
+        return unless( key.kind == Kind::Choice, "a choice" );
     if ( key.name == "region" )
         return unless( key.kind == Kind::OneOf &&
                            key.family.name == shapeFamily().name,
