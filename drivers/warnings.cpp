@@ -190,12 +190,17 @@ class Survey
         const Real thickness = -2 * middle.distance / grid.minSpacing();
         if ( thickness <= 0 || thickness > least_thickness - 0.01_rt )
             return;
+        // Below an edge the normal is between those of its faces.
+        Real straight = 0;
+        for ( int d = 0; d < Dim; ++d )
+            straight = Kokkos::max( straight, Kokkos::abs( middle.normal[d] ) );
         for ( const Real way : { -1.01_rt, 1.01_rt } ) // to both of its sides
         {
             auto beside = x;
             for ( int d = 0; d < Dim; ++d )
             {
-                beside[d] -= way * middle.distance * middle.normal[d];
+                beside[d] -=
+                    way * middle.distance / straight * middle.normal[d];
                 if ( beside[d] < grid.lower[d] || beside[d] > grid.upper[d] )
                     return;
             }
