@@ -563,7 +563,6 @@ TEST( Balance, boxesFollowTheParticles )
     EXPECT_FALSE( other.moveCuts( decomposition, grid, particles, { 8 } ) );
 }
 
-// Sums are the same on all ranks and in the order of the ranks.
 // A rank that fails alone must not wait for ever.
 TEST( Communicator, noticesWhoDoesNotArrive )
 {
@@ -571,9 +570,12 @@ TEST( Communicator, noticesWhoDoesNotArrive )
     EXPECT_TRUE( comm.allArrive( 60 ) );
     EXPECT_TRUE( comm.allArrive( 60 ) );
     if ( comm.isRoot() )
+    {
         EXPECT_EQ( comm.allArrive( 0.2 ), comm.size() == 1 );
+    }
 }
 
+// Sums are the same on all ranks and in the order of the ranks.
 TEST( Communicator, reductions )
 {
     const Communicator comm;
