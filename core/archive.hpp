@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_ARCHIVE_HPP
 #define MACHPOINT_ARCHIVE_HPP
 
+#include <core/errors.hpp>
 #include <core/types.hpp>
 
 #include <algorithm>
@@ -22,7 +23,7 @@ namespace Machpoint
 {
 
 //! An archive that lacks a value, or has it in another shape.
-class ArchiveError : public std::runtime_error
+class ArchiveError : public std::runtime_error, public KnownError
 {
   public:
     using std::runtime_error::runtime_error;

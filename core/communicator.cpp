@@ -135,7 +135,8 @@ bool Communicator::allArrive( const double seconds ) const
 {
     if ( _size == 1 )
         return true;
-    // Not a collective call, as the others may be in one.
+    // Not a collective call, as the others may be in one. Whoever does not
+    // arrive will not come any more: what is pending ends with the run.
     constexpr int tag = 3; // 0 to 2 are those of halo and migration
     using Clock = std::chrono::steady_clock;
     const auto end = Clock::now() + std::chrono::duration<double>( seconds );
@@ -158,15 +159,7 @@ bool Communicator::allArrive( const double seconds ) const
         if ( !done )
             std::this_thread::sleep_for( std::chrono::milliseconds( 1 ) );
     }
-    if ( done )
-        return true;
-    for ( auto& request : pending )
-        if ( request != MPI_REQUEST_NULL )
-        {
-            MPI_Cancel( &request );
-            MPI_Request_free( &request );
-        }
-    return false;
+    return done;
 }
 
 std::int64_t Communicator::sumBefore( std::int64_t value ) const

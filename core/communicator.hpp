@@ -50,8 +50,8 @@ bool mpiReachesMemory();
 bool mpiIsGpuAware();
 
 /*!
-  \brief The ranks of a run. Every member but rank, size, isRoot, abort and
-  handle is collective: all ranks call it, in the same order.
+  \brief The ranks of a run. Every member but rank, size, isRoot, allArrive,
+  abort and handle is collective: all ranks call it, in the same order.
 */
 class Communicator
 {

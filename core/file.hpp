@@ -7,6 +7,7 @@
 #define MACHPOINT_FILE_HPP
 
 #include <core/communicator.hpp>
+#include <core/errors.hpp>
 
 #include <cstddef>
 #include <filesystem>
@@ -23,7 +24,7 @@ namespace Machpoint
 
   The message names the file, the operation, the system's reason and a remedy.
 */
-class IoError : public std::runtime_error
+class IoError : public std::runtime_error, public KnownError
 {
   public:
     using std::runtime_error::runtime_error;

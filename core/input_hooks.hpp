@@ -6,12 +6,12 @@
 #ifndef MACHPOINT_INPUT_HOOKS_HPP
 #define MACHPOINT_INPUT_HOOKS_HPP
 
+#include <core/errors.hpp>
 #include <core/flow_facts.hpp>
 #include <core/gas_state.hpp>
 #include <core/halo.hpp>
 
 #include <functional>
-#include <new>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -55,8 +55,9 @@ struct InputHooks
 {
     //! Fills in defaults that depend on the method.
     std::function<void( Json& entry, const MethodFacts& )> complete;
-    //! What is wrong that no single key can tell, from the entry's place on,
-    //! with a remedy: "/velocity: must point into ..."; empty: nothing.
+    //! What is wrong that no single key can tell, with a remedy: "must ...";
+    //! of a key "/velocity: must point into ..."; empty: nothing. It is told
+    //! behind the entry's place.
     std::function<std::string( const Json& entry, const MethodFacts& )> fault;
     //! The sides of the domain that a boundary takes, which `complete` has no
     //! part in; null: none.
@@ -82,54 +83,36 @@ struct InputHooks
     bool keeps_uniform_gas = false;
 };
 
-//! What action() returns. An error tells which module's it is, and of which of
-//! its functions. \throws std::runtime_error
-template <class Action>
-auto namingModule( const std::string& module, const std::string& function,
-                   const Action& action )
+//! For an error of a module, or of what its type says.
+inline std::string whereOf( const std::string& module,
+                            const std::string& function )
 {
-    try
-    {
-        return action();
-    }
-    catch ( const InputError& )
-    {
-        throw; // names its place
-    }
-    catch ( const std::bad_alloc& )
-    {
-        throw;
-    }
-    catch ( const std::exception& error )
-    {
-        throw std::runtime_error( std::string( error.what() ) + " (" + module +
-                                  " in " + function + ")" );
-    }
+    return module + " in " + function;
 }
 
 //! The same function, whose errors name the module.
 template <class Return, class... Arguments>
 std::function<Return( Arguments... )>
-namingErrors( const std::string& module, const std::string& function,
+namingErrors( const char* module, const char* function,
               const std::function<Return( Arguments... )>& action )
 {
     return [=]( Arguments... arguments ) -> Return
     {
-        return namingModule( module, function,
-                             [&]() -> Return
-                             { return action( arguments... ); } );
+        return naming( [&]() -> Return { return action( arguments... ); },
+                       [&] { return whereOf( module, function ); } );
     };
 }
 
 //! Sides that there are. \throws std::logic_error one of them is not
 inline std::vector<SideClaim> checkedSides( std::vector<SideClaim> claims,
+                                            const std::string& module,
                                             const int dimension )
 {
     for ( const auto& claim : claims )
         if ( claim.side < 0 || claim.side >= 2 * dimension )
             throw std::logic_error(
-                "side " + std::to_string( claim.side ) + " is claimed; in " +
-                std::to_string( dimension ) + "D they are 0 to " +
+                module + " claims side " + std::to_string( claim.side ) +
+                "; in " + std::to_string( dimension ) + "D they are 0 to " +
                 std::to_string( 2 * dimension - 1 ) +
                 ", 2 * axis + (upper ? 1 : 0)" );
     return claims;
@@ -140,7 +123,6 @@ template <int Dim, class Type>
 InputHooks inputHooksOf()
 {
     InputHooks own;
-    // What is private cannot be asked for, but makes a name ambiguous.
 #define MACHPOINT_TAKE_IF_THERE( hook )                                        \
     if constexpr ( requires { &Type::hook; } )                                 \
     {                                                                          \
@@ -150,36 +132,18 @@ InputHooks inputHooksOf()
             "the module's " #hook " is no static function with "               \
             "the parameters of InputHooks::" #hook );                          \
         own.hook = namingErrors( Type::name, #hook, Function( &Type::hook ) ); \
-    }                                                                          \
-    else if constexpr ( !std::is_final_v<Type> )                               \
-    {                                                                          \
-        struct Other                                                           \
-        {                                                                      \
-            int hook;                                                          \
-        };                                                                     \
-        struct Both : Type, Other                                              \
-        {                                                                      \
-        };                                                                     \
-        static_assert(                                                         \
-            requires { &Both::hook; },                                         \
-            "the module's " #hook " is private or overloaded: "                \
-            "make it one public static function, or give it "                  \
-            "another name" );                                                  \
     }
     MACHPOINT_TAKE_IF_THERE( complete )
     MACHPOINT_TAKE_IF_THERE( fault )
     MACHPOINT_TAKE_IF_THERE( sides )
+    if ( own.sides )
+        own.sides = [named = own.sides]( const Json& entry )
+        { return checkedSides( named( entry ), Type::name, Dim ); };
     MACHPOINT_TAKE_IF_THERE( beyond )
     MACHPOINT_TAKE_IF_THERE( solid )
     MACHPOINT_TAKE_IF_THERE( columns )
     MACHPOINT_TAKE_IF_THERE( remark )
 #undef MACHPOINT_TAKE_IF_THERE
-    if constexpr ( requires { &Type::sides; } )
-        own.sides = namingErrors(
-            Type::name, "sides",
-            decltype( own.sides )(
-                []( const Json& entry )
-                { return checkedSides( Type::sides( entry ), Dim ); } ) );
     own.keeps_uniform_gas = requires
     {
         requires std::is_same_v<typename Type::KeepsUniformGas, Type>;

@@ -10,6 +10,8 @@
 #ifndef MACHPOINT_CORE_PARAMETERS_HPP
 #define MACHPOINT_CORE_PARAMETERS_HPP
 
+#include <core/errors.hpp>
+
 #include <nlohmann/json.hpp>
 
 #include <deque>
@@ -32,7 +34,7 @@ using Json = nlohmann::ordered_json;
 void setKeys( Json& object, const Json& keys );
 
 //! A wrong input: one message for each thing that is wrong with it.
-class InputError : public std::runtime_error
+class InputError : public std::runtime_error, public KnownError
 {
   public:
     //! \param[in] messages What is wrong, one line each.

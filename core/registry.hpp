@@ -180,12 +180,12 @@ ModuleFactory<Dim> moduleDeclaration()
     return { Type::name,
              []( const int dimension )
              {
-                 return namingModule( Type::name, "declare",
-                                      [&] {
-                                          return checkedDeclaration(
-                                              Type::name,
-                                              Type::declare( dimension ) );
-                                      } );
+                 return naming(
+                     [&] {
+                         return checkedDeclaration(
+                             Type::name, Type::declare( dimension ) );
+                     },
+                     [] { return whereOf( Type::name, "declare" ); } );
              },
              std::is_base_of_v<EquationOfState<Dim>, Type>,
              nullptr,
@@ -209,18 +209,18 @@ ModuleFactory<Dim> moduleFactory()
     factory.make = []( const Json& json,
                        const Gas* gas ) -> std::unique_ptr<Module<Dim>>
     {
-        return namingModule( Type::name, "its constructor",
-                             [&]() -> std::unique_ptr<Module<Dim>>
-                             {
-                                 if constexpr ( takes_gas )
-                                     return std::make_unique<Type>( json,
-                                                                    *gas );
-                                 else
-                                 {
-                                     static_cast<void>( gas );
-                                     return std::make_unique<Type>( json );
-                                 }
-                             } );
+        return naming(
+            [&]() -> std::unique_ptr<Module<Dim>>
+            {
+                if constexpr ( takes_gas )
+                    return std::make_unique<Type>( json, *gas );
+                else
+                {
+                    static_cast<void>( gas );
+                    return std::make_unique<Type>( json );
+                }
+            },
+            [] { return whereOf( Type::name, "its constructor" ); } );
     };
     return factory;
 }

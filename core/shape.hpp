@@ -65,7 +65,7 @@ class Shape
     //! One solid; which members count depends on its kind.
     struct Solid
     {
-        Kind kind; //!< says which of these count
+        Kind kind;
         //! Centre (sphere; polygon: of the bounding circle), lower corner
         //! (box), or a point of the surface (half space).
         Vector<Dim> a;
@@ -336,7 +336,7 @@ class Shape
         Vector<Dim> depth;   // below the closer of an axis's two faces
         Vector<Dim> side;
         Real least = Kokkos::Experimental::finite_max_v<Real>;
-        Real size = 0;
+        Real far = 0;
         for ( int d = 0; d < Dim; ++d )
         {
             const Real below = solid.a[d] - x[d];
@@ -345,17 +345,19 @@ class Shape
             depth[d] = -Kokkos::max( below, above );
             side[d] = above > below ? 1 : -1;
             least = Kokkos::min( least, depth[d] );
-            size = Kokkos::max( size, solid.b[d] - solid.a[d] );
+            far = Kokkos::max( far, Kokkos::abs( x[d] ) );
         }
         const Real l = length( outside );
         // Inside or on the surface the closest face decides; at an edge and
-        // below it several do, whatever the order of the axes.
-        if ( !( l > 0 ) )
+        // below it several do, whatever rounding makes of their distances.
+        const Real rounding = round_off * ( far + Kokkos::abs( least ) );
+        if ( !( l > rounding ) )
         {
             Vector<Dim> normal;
             for ( int d = 0; d < Dim; ++d )
-                normal[d] = depth[d] - least <= round_off * size ? side[d] : 0;
-            return { -least, scaled( 1 / length( normal ), normal ) };
+                normal[d] = depth[d] - least <= rounding ? side[d] : 0;
+            return { l > 0 ? l : -least,
+                     scaled( 1 / length( normal ), normal ) };
         }
         return { l, scaled( 1 / l, outside ) };
     }

@@ -7,6 +7,7 @@
 
 #include <core/archive.hpp>
 #include <core/balance.hpp>
+#include <core/errors.hpp>
 #include <core/series.hpp>
 #include <core/survey.hpp>
 
@@ -19,7 +20,7 @@ namespace Machpoint
 {
 
 //! The computation broke down: what, where, when, and what to try.
-class NumericalFailure : public std::runtime_error
+class NumericalFailure : public std::runtime_error, public KnownError
 {
   public:
     using std::runtime_error::runtime_error;

@@ -168,7 +168,9 @@ class TimeLoop : public Simulation
             const auto& active = _scene.modules[k];
             const Archive::Group group(
                 archive, fmt::format( "modules/{} {}", k, active.name ) );
-            active.module->checkpoint( archive );
+            call( active, "checkpoint",
+                  [&]( Module<Dim>& module )
+                  { module.checkpoint( archive ); } );
         }
         if ( !archive.isReading() )
             return;
@@ -476,7 +478,8 @@ class TimeLoop : public Simulation
         state.time = _saved_time;
         state.step = _saved_step;
         for ( auto& active : _scene.modules )
-            active.module->rejectStep( state );
+            call( active, "rejectStep",
+                  [&]( Module<Dim>& module ) { module.rejectStep( state ); } );
     }
 
     //! Calls action( module ) for the modules that have a hook of their own,
@@ -486,42 +489,30 @@ class TimeLoop : public Simulation
     {
         for ( const auto& active : _scene.modules )
             if ( active.hooks.has( hook ) )
-                call( active, hook, action );
+                call( active, nameOf( hook ), action );
     }
     //! Calls action( module ). An error of the module tells whose it is; what
-    //! one rank has met alone ends them all. \throws NumericalFailure
+    //! one rank has met alone ends them all. \param function of the module
     template <class Action>
-    void call( const ActiveModule<Dim>& active, const Hook hook,
+    void call( const ActiveModule<Dim>& active, const char* function,
                const Action& action )
     {
         const Profile::Effect effect( active.name );
-        auto told = [&]( const std::exception& error )
+        auto where = [&]
         {
-            return fmt::format( "{} ({} in {}, step {})", error.what(),
-                                active.name, nameOf( hook ),
+            return fmt::format( "{}, step {}", whereOf( active.name, function ),
                                 _scene.state.step );
         };
         try
         {
-            action( *active.module );
+            naming( [&] { action( *active.module ); }, where );
         }
         catch ( const NumericalFailure& failure )
         {
+            const auto text = fmt::format( "{} ({})", failure.what(), where() );
             if ( !comm().allArrive() )
-                throw std::runtime_error( told( failure ) );
-            throw NumericalFailure( told( failure ) );
-        }
-        catch ( const InputError& )
-        {
-            throw; // names its place
-        }
-        catch ( const std::bad_alloc& )
-        {
-            throw;
-        }
-        catch ( const std::exception& error )
-        {
-            throw std::runtime_error( told( error ) );
+                throw std::runtime_error( text );
+            throw NumericalFailure( text );
         }
     }
     //! Calls their hook.
@@ -621,8 +612,9 @@ class TimeLoop : public Simulation
         for ( std::size_t k = 0; k + 1 < _limits.size(); ++k )
             if ( _limits[k] <= 0 )
                 throw NumericalFailure( fmt::format(
-                    "{} allows no time step: its limit ahead of step {}, t = "
-                    "{:.8g}, is not positive",
+                    "{} allows no time step ahead of step {}, t = {:.8g}: its "
+                    "limit is no positive number; look at its parameters, and "
+                    "at the gas that it sees",
                     _scene.modules[k].name, _scene.state.step,
                     _scene.state.time ) );
     }

@@ -56,14 +56,22 @@ class Switches
                 add( key.effect, path, key.off );
             if ( key.kind == Parameter::Kind::Object )
                 collect( *key.nested, *value, path + "." );
+            else if ( key.kind == Parameter::Kind::OneOf )
+                collectOfMember( key.family, *value, path + "." );
             else if ( key.kind == Parameter::Kind::ListOf )
                 for ( std::size_t k = 0; k < value->size(); ++k )
-                    for ( const auto& member :
-                          key.family.members( _dimension ) )
-                        if ( value->at( k ).at( "type" ) == member.name() )
-                            collect( member, value->at( k ),
+                    collectOfMember( key.family, value->at( k ),
                                      fmt::format( "{}.{}.", path, k ) );
         }
+    }
+
+    //! The same of an object that is one of a family.
+    void collectOfMember( const Family& family, const Json& object,
+                          const std::string& prefix )
+    {
+        for ( const auto& member : family.members( _dimension ) )
+            if ( object.at( "type" ) == member.name() )
+                collect( member, object, prefix );
     }
 
     void add( const std::string& effect, const std::string& path,

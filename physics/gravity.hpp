@@ -114,7 +114,8 @@ class Gravity : public Module<Dim>
 
     void gridForce( State<Dim>& state ) override
     {
-        _force.fold( state.halo, vectorComponents<Dim, 1>( state.weight_parity ) );
+        _force.fold( state.halo,
+                     vectorComponents<Dim, 1>( state.weight_parity ) );
         pushNodes<Dim>( state, _force.field(), _g ); // until here the mass
     }
 

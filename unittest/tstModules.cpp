@@ -210,10 +210,10 @@ TEST_F( ModulesFromOutside, aClaimOfNoSideIsAnError )
     EXPECT_EQ( refused( input ), "" );
     mistake = "side";
     EXPECT_EQ( refused( input ),
-               "side 2 is claimed; in 1D they are 0 to 1, 2 * axis + (upper ? "
-               "1 : 0) (hot_wall in sides)" );
+               "hot_wall claims side 2; in 1D they are 0 to 1, 2 * axis + "
+               "(upper ? 1 : 0)" );
     mistake = "lower side";
-    EXPECT_NE( refused( input ).find( "side -1 is claimed" ),
+    EXPECT_NE( refused( input ).find( "hot_wall claims side -1" ),
                std::string::npos );
 }
 

@@ -573,6 +573,12 @@ TEST( Communicator, noticesWhoDoesNotArrive )
     {
         EXPECT_EQ( comm.allArrive( 0.2 ), comm.size() == 1 );
     }
+    comm.sum( 1.0 );
+    // They find it there, late as they are.
+    if ( !comm.isRoot() )
+    {
+        EXPECT_TRUE( comm.allArrive( 60 ) );
+    }
 }
 
 // Sums are the same on all ranks and in the order of the ranks.

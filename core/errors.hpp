@@ -1,0 +1,56 @@
+/*!
+  \file errors.hpp
+  \brief Errors, and whose they are.
+*/
+#ifndef MACHPOINT_ERRORS_HPP
+#define MACHPOINT_ERRORS_HPP
+
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+namespace Machpoint
+{
+
+//! Base of errors whose type tells the program how to end (command_line.cpp),
+//! and whose text where they come from.
+struct KnownError
+{
+};
+
+/*!
+  \brief What action() returns; to any other error of it the text of `where` is
+  added.
+  \param where called in that case alone: "cooling in gridForce"
+  \throws std::runtime_error in place of such an error
+*/
+template <class Action, class Where>
+auto naming( const Action& action, const Where& where )
+{
+    try
+    {
+        return action();
+    }
+    catch ( const KnownError& )
+    {
+        throw;
+    }
+    catch ( const std::bad_alloc& )
+    {
+        throw;
+    }
+    catch ( const std::system_error& )
+    {
+        throw;
+    }
+    catch ( const std::exception& error )
+    {
+        throw std::runtime_error( std::string( error.what() ) + " (" + where() +
+                                  ")" );
+    }
+}
+
+} // namespace Machpoint
+
+#endif
