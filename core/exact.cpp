@@ -433,7 +433,7 @@ Family exactFamily()
         piston
             .number( "velocity", "its velocity, along the axis; the gas lies "
                                  "on the upper side" )
-            .unit( "velocity" );
+            .unit( "length/time" );
         solutions.push_back( piston );
         solutions.emplace_back(
             "acoustic_wave", "the acoustic_wave of /initial, until it breaks",

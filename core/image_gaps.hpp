@@ -90,7 +90,7 @@ struct ImageCover
             // Nearer to another part of the surface, that is what mirrors it.
             return isGas( gas ) &&
                    bodies.nearest( gas, body ).distance >
-                       -0.99_rt * part.distance &&
+                       -same_surface * part.distance &&
                    !bodies.covers( gas, { -part.distance, part.normal }, body,
                                    nudge * grid.minSpacing() );
         };

@@ -50,7 +50,7 @@ class Piston : public Machpoint::Module<Dim>
         p.number( "position", "where its face starts, along the axis" )
             .unit( "length" );
         p.number( "velocity", "its constant velocity along the axis" )
-            .unit( "velocity" );
+            .unit( "length/time" );
         return p;
     }
 
