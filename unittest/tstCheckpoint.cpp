@@ -245,7 +245,7 @@ TEST( Checkpoint, scenesEnterLeaveSplitAndMerge )
     EXPECT_GT( values<std::int64_t>( end, "next_id" )[0], first_made_id );
     EXPECT_GT( run->ledger().mass_in, 0 );
     EXPECT_GT( run->ledger().mass_out, 0 );
-    EXPECT_EQ( values<double>( end, "modules/2 obstacle body/series" ).size(),
+    EXPECT_EQ( values<double>( end, "modules/4 obstacle body/series" ).size(),
                43u * 4 );
     // Heavier than any of the start: merged.
     auto heaviest = []( const Entries& entries )
@@ -276,7 +276,7 @@ TEST( Checkpoint, everyValueCounts )
     };
     for ( const std::string name :
           { "time", "time_step", "extrema/max_mach",
-            "modules/3 inflow x_lower/advanced", "particles/volume",
+            "modules/5 inflow x_lower/advanced", "particles/volume",
             "particles/velocity_gradient", "particles/Machpoint::drift/1",
             "particles/Machpoint::history/0" } )
     {
