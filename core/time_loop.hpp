@@ -539,7 +539,7 @@ class TimeLoop : public Simulation
                 findLeavers();
                 seen = noted;
             }
-            call( active, Hook::applyToParticles,
+            call( active, nameOf( Hook::applyToParticles ),
                   [&]( Module<Dim>& module )
                   { module.applyToParticles( state ); } );
         }
@@ -566,7 +566,7 @@ class TimeLoop : public Simulation
             const auto& active = _scene.modules[k];
             if ( !active.hooks.has( Hook::limitTimeStep ) )
                 continue;
-            call( active, Hook::limitTimeStep,
+            call( active, nameOf( Hook::limitTimeStep ),
                   [&]( Module<Dim>& module )
                   { found[k] = module.limitTimeStep( _scene.state ); } );
             // What is no limit, NaN for one, shall not get lost on the way.
