@@ -13,15 +13,14 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOOLS = ROOT / "tools"
 BENCHMARKS = ROOT / "benchmarks"
-# Less `kernels`, which asks for what draws pictures first.
 PROGRAMS = [path.parent if path.name == "__main__.py" else path
             for path in sorted([*BENCHMARKS.rglob("__main__.py"),
                                 *BENCHMARKS.rglob("cylinder_features.py"),
                                 BENCHMARKS / "frozen_step.py",
                                 BENCHMARKS / "price.py",
                                 BENCHMARKS / "hard_cases/ablation.py",
-                                TOOLS / "gpu_check.py"])
-            if path.parent.name != "kernels"]
+                                BENCHMARKS / "kernels/pairs.py",
+                                TOOLS / "gpu_check.py"])]
 
 
 class Help(unittest.TestCase):

@@ -23,7 +23,6 @@ import machine
 import messages
 import page
 import results
-import roofline
 
 # What the page shows: all of these, with at least these sizes. In 3D a step of
 # particles in no order takes as long as all others together.
@@ -85,6 +84,7 @@ def rows(found):
 
 def picture(found, path):
     """The roofline of the steps in 2D, 4 per cell, or of what there is."""
+    import roofline
     every = results.rows(found)
     some = {key: row for key, row in every.items()
             if key[1:5] == ("quadratic", 2, 4, "mixed")}
@@ -174,6 +174,7 @@ def parse():
 
 def main():
     arguments = parse()
+    import figure # says what pictures lack
     words = results.size_words(arguments)
     if arguments.small:
         words.append("--small")
