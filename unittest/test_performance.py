@@ -20,6 +20,8 @@ import unittest.mock
 
 import running
 
+# Ahead of launcher, which takes a copy.
+os.environ.update(running.OPEN_MPI)
 ROOT = pathlib.Path(__file__).resolve().parent.parent / "benchmarks"
 sys.path += [str(ROOT / name) for name in
              ("performance", "kernels", "speed", "sod_sweep")]
@@ -35,7 +37,6 @@ from median import Median
 from sizes import FULL
 
 TINY = ["--small", "--particles", "300", "--samples", "1"]
-os.environ.update(running.OPEN_MPI)
 MACHPOINT = pathlib.Path(os.environ["MACHPOINT_EXECUTABLE"])
 
 
@@ -154,7 +155,55 @@ class KernelsTest(unittest.TestCase):
             self.assertRegex(result.stderr, f"leave out .*{words[0]}")
         row = {"name": "apic/quadratic/2D/4/mixed/step/iterations:1"}
         with self.assertRaisesRegex(SystemExit, "lacks paper/quadratic/1D/3"):
-            program("kernels").require_all({"benchmarks": [row]})
+            program("kernels").require_all([results.key(row["name"])])
+
+    def test_what_was_measured_is_kept_before_it_is_judged(self):
+        kernels = program("kernels")
+        names = [f"apic/quadratic/2D/4/mixed/{part}" for part in ("step", "P2G")]
+        found = {"context": {"mpi": "no"}, "benchmarks": [
+            {"name": names[0], "spread": 0.25},
+            {"name": names[1], "error_occurred": True, "error_message": "lost"}]}
+        with tempfile.TemporaryDirectory() as scratch:
+            words = ["kernels", "--kernels", f"{scratch}/none", "--output", scratch]
+            with unittest.mock.patch.object(results, "run", lambda *_: found), \
+                    unittest.mock.patch.object(
+                        results, "cases", lambda *_: list(map(results.key, names))), \
+                    unittest.mock.patch("sys.argv", words), \
+                    self.assertRaisesRegex(SystemExit, "P2G: lost"):
+                kernels.main()
+            kept = json.loads((pathlib.Path(scratch) / "results.json").read_text())
+        self.assertEqual(kept["benchmarks"], found["benchmarks"])
+        self.assertEqual(kept["machine"]["median_spread"], 0.25)
+        self.assertEqual(kept["lacks"], "built without MPI")
+
+    def test_cases_are_looked_for_before_anything_is_timed(self):
+        executable = built(self, "machpoint_kernels")
+        with tempfile.TemporaryDirectory() as scratch:
+            words = ["kernels", "--kernels", str(executable), "--output", scratch,
+                     "--filter", "nothing"]
+            with unittest.mock.patch.object(results, "run") as run, \
+                    unittest.mock.patch("sys.argv", words), \
+                    self.assertRaisesRegex(SystemExit, "nothing"):
+                program("kernels").main()
+            run.assert_not_called()
+
+    @unittest.skipUnless(os.environ.get("MACHPOINT_MPIEXEC"), "without MPI")
+    def test_a_launcher_that_fails_costs_its_rows_alone(self):
+        executable = built(self, "machpoint_kernels")
+        with tempfile.TemporaryDirectory() as scratch:
+            command = [sys.executable, ROOT / "kernels", "--kernels", executable,
+                       "--small", "--particles", "300", "--output", scratch,
+                       "--filter", "^apic/linear/1D/3/ordered/step/", "--mpiexec"]
+            text = subprocess.run([*command, "false"], check=True,
+                                  capture_output=True, text=True).stdout
+            found = json.loads((pathlib.Path(scratch) / "results.json").read_text())
+            wrong = subprocess.run([*command, "no_such_launcher"], capture_output=True,
+                                   text=True)
+        reason = "false -n 2: exit code 1"
+        self.assertIn(f"left out, halo and migrate: {reason}", text)
+        self.assertEqual(found["lacks"], reason)
+        self.assertNotIn("ranks", found)
+        self.assertEqual(wrong.returncode, 2)
 
     def test_its_own_options_are_told_first(self):
         text = subprocess.run(

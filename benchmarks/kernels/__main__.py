@@ -8,7 +8,10 @@ Runs machpoint_kernels on all threads, then on two ranks of one thread each what
 these tell each other, prints a table, says whether the machine was quiet, and
 writes DIR/results.json (Google Benchmark's, and `ranks`, that of the two) and
 DIR/roofline.png. --docs runs a million particles, past the cache, and also writes
-docs/performance.md and docs/pictures/roofline.png. Exit code: 0.
+docs/performance.md and docs/pictures/roofline.png. Where two ranks cannot be started,
+or fail, their rows are left out, and the reason is told. Exit code: 0; 1 when
+machpoint_kernels fails or lacks what was asked for, or nothing draws pictures; 2 for
+options that cannot be met.
 """
 import argparse
 import json
@@ -19,8 +22,10 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] /
                        "performance"))
 
+import launcher
 import machine
 import messages
+import options
 import page
 import results
 
@@ -36,9 +41,10 @@ CASES = [(method, "quadratic", dim, PER_CELL[dim], order)
 SHOWN = "^({})/".format("|".join(
     results.case_name(case) + ("/step" if case[4] == "unsorted" else "")
     for case in CASES))
+MPIEXEC = "mpirun"
 LEAST = {"particles": 1 << 20, "samples": 3}
 
-HEAD = """Written by `python3 benchmarks/kernels --docs`; Machpoint `{revision}`,
+HEAD = """{written}; Machpoint `{revision}`,
 {backend} on {threads:.0f} threads of {processor}, a million particles. {quiet}
 
 In the same session the triad moved {ordinary_one:.1f} GB/s on one thread and
@@ -66,8 +72,9 @@ def section(found):
         two = results.limits(found["ranks"])
         told = MESSAGES.format(triad_all=two["triad_all"] / 1e9)
     else:
-        told = f"No `halo` nor `migrate`: {found['lacks']}."
-    return HEAD.format(revision=found["context"]["revision"],
+        told = f"No `halo` nor `migrate`: {found['lacks'].splitlines()[0]}."
+    return HEAD.format(written=page.written_by("kernels", True),
+                       revision=found["context"]["revision"],
                        backend=found["context"]["backend"],
                        processor=machine.processor(), streamed=streamed,
                        messages=told,
@@ -98,35 +105,37 @@ def picture(found, path):
                   f"{results.limits(found)['threads']:.0f} threads")
 
 
-def measure(arguments, words):
+def measure(arguments, cases, words):
     """Google Benchmark's JSON, with `ranks` (or what `lacks` for these) and
-    `machine`: was it quiet?"""
+    `machine`: was it quiet? Rows of one rank may have failed."""
     triad = pathlib.Path(arguments.kernels).parent / "machpoint_triad"
     watch = machine.Watch(triad if triad.exists() else None)
-
-    def probe():
-        if watch.triad:
-            watch.probe(0.1 if arguments.small else 1)
-
-    probe()
+    seconds = 0.1 if arguments.small else 1
+    watch.probe(seconds)
     found = results.run(arguments.kernels,
                         [f"--benchmark_filter={arguments.filter}", *words])
-    probe()
+    watch.probe(seconds)
     try:
-        found["ranks"] = messages.measure(arguments.kernels, found, words,
-                                          arguments.mpiexec)
-        probe()
+        found["ranks"] = two_ranks(arguments, found, cases, words)
+        watch.probe(seconds)
     except messages.Lacking as reason:
         found["lacks"] = str(reason)
-    found["machine"] = watch.report(
-        [row["spread"] for key, row in results.rows(found).items()
-         if key[5] == "step"])
+    found["machine"] = watch.report(results.spreads(found))
     return found
 
 
-def require_all(found):
-    """Ends where a row of the page is missing."""
-    steps = {key[:5] for key in results.rows(found) if key[5] == "step"}
+def two_ranks(arguments, found, cases, words):
+    """Their JSON. found: of one rank. \\raises messages.Lacking"""
+    if found["context"]["mpi"] != "yes":
+        raise messages.Lacking("built without MPI")
+    if not arguments.mpiexec:
+        raise messages.Lacking(f"there is no {MPIEXEC}")
+    return messages.measure(arguments.kernels, cases, words, arguments.mpiexec)
+
+
+def require_all(cases):
+    """Ends where a row of the page is missing. cases: keys of results.rows"""
+    steps = {key[:5] for key in cases if key[5] == "step"}
     missing = [results.case_name(case) for case in CASES
                if case not in steps]
     if missing:
@@ -139,13 +148,14 @@ def parse():
     parser.add_argument("--kernels", metavar="PATH",
                         default=page.ROOT / "build/openmp" /
                         results.EXECUTABLE)
-    parser.add_argument("--output", metavar="DIR", default="out/kernels")
+    parser.add_argument("--output", metavar="DIR", type=options.folder,
+                        default="out/kernels")
     parser.add_argument("--filter", metavar="REGEX",
                         help="of names that machpoint_kernels "
                         "--benchmark_list_tests tells; default: all")
     results.add_sizes(parser)
-    parser.add_argument("--mpiexec", metavar="COMMAND",
-                        help="starts two ranks; default: mpiexec")
+    parser.add_argument("--mpiexec", metavar="COMMAND", default=MPIEXEC,
+                        help=f"starts two ranks; default: {MPIEXEC}")
     parser.add_argument("--small", action="store_true",
                         help="tiny cases: does it work?")
     parser.add_argument("--docs", action="store_true",
@@ -164,11 +174,10 @@ def parse():
         arguments.particles = arguments.particles or 1000
         arguments.samples = arguments.samples or 1
     arguments.filter = arguments.filter or (SHOWN if arguments.docs else ".")
-    arguments.output = pathlib.Path(arguments.output)
-    try:
-        arguments.output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        parser.error(f"--output: {error.filename}: {error.strerror}")
+    # What nobody named may be missing, and then its rows are left out.
+    missing = arguments.mpiexec == MPIEXEC and not shutil.which(MPIEXEC)
+    arguments.mpiexec = [] if missing else \
+        launcher.find(parser, arguments.mpiexec)
     return arguments
 
 
@@ -178,15 +187,17 @@ def main():
     words = results.size_words(arguments)
     if arguments.small:
         words.append("--small")
-    found = measure(arguments, words)
+    cases = results.cases(arguments.kernels,
+                          [f"--benchmark_filter={arguments.filter}"])
     if arguments.docs:
-        require_all(found)
+        require_all(cases)
+    found = measure(arguments, cases, words)
+    (arguments.output / "results.json").write_text(
+        json.dumps(found, indent=2) + "\n")
     print(results.table(rows(found)))
     if "lacks" in found:
         print(f"left out, halo and migrate: {found['lacks']}")
     print(machine.in_words(found["machine"]))
-    (arguments.output / "results.json").write_text(
-        json.dumps(found, indent=2) + "\n")
     picture(found, arguments.output / "roofline.png")
     if arguments.docs:
         shutil.copy(arguments.output / "roofline.png",

@@ -1,7 +1,6 @@
 """What ranks tell each other in a step: `halo` and `migrate` of two ranks with one
 thread each."""
 import shlex
-import shutil
 
 import results
 
@@ -9,31 +8,26 @@ PARTS = ["halo", "migrate"]
 
 
 class Lacking(Exception):
-    """Ranks cannot be started; the text says why."""
+    """Two ranks cannot be started, or fail; the text says why."""
 
 
-def launcher(found, command):
-    """Words that start two ranks. found: what a run of one rank measured;
-    command: of MPI, None for the first of the PATH. \\raises Lacking"""
-    if found["context"]["mpi"] != "yes":
-        raise Lacking("built without MPI")
-    words = shlex.split(command or "mpiexec")
-    if not words or not shutil.which(words[0]):
-        raise Lacking(f"there is no {command or 'mpiexec'}")
-    return [*words, "-n", "2"]
-
-
-def measure(executable, found, words, command):
+def measure(executable, cases, words, mpiexec):
     """The JSON of these parts of the cases that one rank has run: mixed
-    particles, or ordered ones where no others were. \\raises Lacking"""
-    start = launcher(found, command)
-    cases = {key[:4]: results.case_name(key) for key in results.rows(found)
-             if key[4] != "unsorted"}
-    if not cases:
+    particles, or ordered ones where no others were. cases: keys of
+    results.rows; mpiexec: words of the launcher. \\raises Lacking"""
+    some = {key[:4]: results.case_name(key) for key in cases
+            if key[4] != "unsorted"}
+    if not some:
         raise Lacking("only unsorted particles were asked for")
-    some = f"^({'|'.join(cases.values())})/({'|'.join(PARTS)})/"
-    return results.run(executable, [f"--benchmark_filter={some}", *words], 1,
-                       start)
+    start = [*mpiexec, "-n", "2"]
+    some = f"^({'|'.join(some.values())})/({'|'.join(PARTS)})/"
+    try:
+        found = results.run(executable, [f"--benchmark_filter={some}", *words],
+                            start=start)
+        results.rows(found)
+    except results.Failed as failure:
+        raise Lacking(f"{shlex.join(start)}: {failure.why.strip()}") from failure
+    return found
 
 
 def joined(one, two):

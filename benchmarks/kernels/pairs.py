@@ -6,7 +6,7 @@ Usage: python3 benchmarks/kernels/pairs.py BUILD BUILD... [--filter REGEX]
 
 BUILD is a folder with machpoint_kernels. Prints for each case and build the least and
 the median of the rounds in ns a particle step, and the ratio of both to the first
-build's. A round has one sample. Exit code: 0.
+build's. A round has one sample unless told. Exit code: 0.
 """
 import argparse
 import pathlib
@@ -16,6 +16,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] /
                        "performance"))
 
+import options
 import page
 import results
 
@@ -57,9 +58,9 @@ def main():
     parser.add_argument("--filter", metavar="REGEX",
                         default="^apic/quadratic/2D/4/ordered/(step|P2G|G2P)/")
     parser.add_argument("--threads", metavar="NUMBER", default=1,
-                        type=results.positive)
+                        type=options.whole(1))
     parser.add_argument("--rounds", metavar="NUMBER", default=8,
-                        type=results.positive)
+                        type=options.whole(1))
     results.add_sizes(parser)
     parser.set_defaults(samples=1)
     arguments = parser.parse_args()

@@ -1,36 +1,36 @@
 """Runs machpoint_kernels and reads what it measured."""
-import argparse
 import json
 import os
 import pathlib
 import subprocess
 import tempfile
 
+import launcher
+import options
 import page
+import program
 
 EXECUTABLE = "machpoint_kernels"
 FIGURES = ["updates_per_second", "bytes", "flops", "of_triad", "of_fma",
            "spread"]
 SIZES = {"particles": "of a case, about", "cycles": "of sorts in a sample",
          "samples": "of a case, of which the median counts"}
-# Of Open MPI: ranks may share a core, and a container's user is root.
-LAUNCHED = {"OMPI_MCA_rmaps_base_oversubscribe": "1",
-            "OMPI_ALLOW_RUN_AS_ROOT": "1",
-            "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
-def positive(text):
-    """A whole number for argparse."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text} is no number from 1 on")
-    return int(text)
+class Failed(SystemExit):
+    """A run that failed; it ends a session that does not catch it. why: less
+    its command."""
+
+    def __init__(self, command, why):
+        super().__init__(f"{' '.join(map(str, command))}: {why}")
+        self.why = why
 
 
 def add_sizes(parser):
     """Options of machpoint_kernels that a script hands on."""
     for name, text in SIZES.items():
-        parser.add_argument(f"--{name}", metavar="NUMBER", type=positive,
-                            help=text)
+        parser.add_argument(f"--{name}", metavar="NUMBER",
+                            type=options.whole(1), help=text)
 
 
 def size_words(arguments):
@@ -39,40 +39,59 @@ def size_words(arguments):
             for word in (f"--{name}", str(value))]
 
 
-def run(executable, words, threads=None, launcher=()):
+def cases(executable, words):
+    """Keys of rows() that a run would have; nothing but the machine is measured,
+    in milliseconds."""
+    lines = program.execute([executable, *words, "--small",
+                             "--benchmark_list_tests"], 1).splitlines()
+    return [key(line) for line in lines]
+
+
+def run(executable, words, threads=None, start=()):
     """Its JSON. words: of the command line; threads: of OpenMP, else as the
-    environment says; launcher: words of mpirun."""
-    environment = dict(os.environ, OMP_PROC_BIND="false")
-    if launcher:
-        environment.update(LAUNCHED)
+    environment says, or one of each rank; start: words of mpirun.
+    \\raises Failed"""
+    environment = launcher.ENVIRONMENT if start else os.environ
+    environment = dict(environment, OMP_PROC_BIND="false")
     if threads:
         environment["OMP_NUM_THREADS"] = str(threads)
     with tempfile.TemporaryDirectory() as scratch:
         path = pathlib.Path(scratch) / "kernels.json"
+        command = [*start, str(executable), *words]
         try:
             result = subprocess.run(
-                [*launcher, str(executable), *words,
-                 f"--benchmark_out={path}", "--benchmark_out_format=json"],
+                [*command, f"--benchmark_out={path}",
+                 "--benchmark_out_format=json"],
                 env=environment, stdin=subprocess.DEVNULL,
                 capture_output=True, text=True)
         except OSError as error:
-            raise SystemExit(f"{error.filename}: {error.strerror}") from error
+            raise Failed(command[:1], error.strerror) from error
         if result.returncode != 0 or not path.exists():
-            raise SystemExit(f"{executable} {' '.join(words)}: exit code "
-                             f"{result.returncode}\n{result.stderr}")
+            raise Failed(command, f"exit code {result.returncode}\n"
+                         f"{result.stderr}")
         return json.loads(path.read_text())
 
 
+def key(name):
+    """(method, basis, dimension, per_cell, order, part) of a benchmark's."""
+    method, basis, dim, per_cell, order, part = name.split("/")[:6]
+    return method, basis, int(dim[0]), int(per_cell), order, part
+
+
 def rows(found):
-    """{(method, basis, dimension, per_cell, order, part): figures}; a
-    benchmark that failed ends the session."""
+    """{key: figures}. \\raises Failed for a benchmark that did"""
     result = {}
     for row in found["benchmarks"]:
         if row.get("error_occurred"):
-            raise SystemExit(f"{row['name']}: {row['error_message']}")
-        method, basis, dim, per_cell, order, part = row["name"].split("/")[:6]
-        result[method, basis, int(dim[0]), int(per_cell), order, part] = row
+            raise Failed([row["name"]], row["error_message"])
+        result[key(row["name"])] = row
     return result
+
+
+def spreads(found):
+    """Of the steps' samples, but for those that failed."""
+    return [row["spread"] for row in found["benchmarks"]
+            if key(row["name"])[5] == "step" and not row.get("error_occurred")]
 
 
 def case_name(case):
