@@ -42,7 +42,6 @@ def run(machpoint, study, output, repeats, *advice):
         text = json.loads(source.read_text())
         text.update(repeats=repeats,
                     input=str((source.parent / text["input"]).resolve()))
-        output.mkdir(parents=True, exist_ok=True)
         source = output / f"{study}.json"
         source.write_text(json.dumps(text))
     environment = dict(os.environ, OMP_NUM_THREADS="1", OMP_PROC_BIND="false")
@@ -124,14 +123,15 @@ def main():
     parser.add_argument("--study", metavar="NAME", action="append",
                         choices=STUDIES)
     parser.add_argument("--repeats", type=options.whole(1), metavar="NUMBER")
-    parser.add_argument("--output", metavar="DIR", default="out/accuracy")
+    parser.add_argument("--output", metavar="DIR", type=options.folder,
+                        default="out/accuracy")
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
     import figure # says what pictures lack
     if arguments.docs and arguments.repeats:
         parser.error("--docs takes the repeats of the studies")
     machpoint = pathlib.Path(arguments.machpoint).resolve()
-    output = pathlib.Path(arguments.output)
+    output = arguments.output
     watch = machine.Watch()
     chosen = arguments.study or STUDIES
     studies = {}
@@ -159,7 +159,7 @@ def main():
     seen = watch.report(sum(map(spreads, studies.values()), []))
     revisions = {row["revision"] for study in studies.values()
                  for row in study["rows"] if "revision" in row}
-    words = (f"Written by `python3 benchmarks/accuracy --docs`; Machpoint "
+    words = (f"{page.written_by('accuracy', arguments.docs)}; Machpoint "
              f"`{', '.join(sorted(revisions))}`, {machine.processor()}, one thread, "
              f"wall clock, medians. {machine.in_words(seen)}")
     print(text, words, sep="\n")
