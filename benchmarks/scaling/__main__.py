@@ -29,7 +29,8 @@ import model
 import options
 import packages
 import report
-from case import ROOT, Bench, Case, shares_kept, summarise
+from case import Bench, Case, shares_kept, summarise
+from page import ROOT
 
 
 def cases(fast, steps=None):

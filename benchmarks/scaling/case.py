@@ -11,8 +11,8 @@ import tempfile
 
 import launcher
 import program
+from page import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
 
 

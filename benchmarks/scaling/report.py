@@ -3,10 +3,11 @@ import os
 import pathlib
 
 import model
+import page
 
 HEAD = """# Scaling
 
-Written by `python3 benchmarks/scaling --docs`; do not edit. Machpoint `{revision}`,
+{written}; do not edit. Machpoint `{revision}`,
 measured on one machine ({processor}, {cores} cores for the
 operating system), whose cores ranks of one thread share, so that 4 ranks are
 **oversubscribed** where there are fewer cores: they show what sharing a core costs,
@@ -169,7 +170,8 @@ def processor():
 
 def write(topics, results, kept, bench, memory, fits, repeats):
     """The whole page."""
-    text = HEAD.format(revision=bench.revision, processor=processor(),
+    text = HEAD.format(written=page.written_by("scaling", True),
+                       revision=bench.revision, processor=processor(),
                        cores=os.cpu_count(), repeats=repeats)
     text += """
 A step's time, the first step apart, is split into what a rank does
