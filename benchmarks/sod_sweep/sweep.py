@@ -28,7 +28,6 @@ class Runner:
             (page.ROOT / "input" / f"{scene}.json").read_text())
         self.scene.pop("exact", None)
         self.scene["output"] = {"particles": False, "grid": False}
-
         self.end = self.scene["time"]["end"]
 
     def run(self, cells, steps=10 ** 9, end=None):
