@@ -132,7 +132,8 @@ Real activitySeconds( const Traffic& traffic, const Activity activity )
     return traffic.seconds[static_cast<std::size_t>( activity )];
 }
 
-//! Some steps, the slowest rank's seconds.
+//! Some steps, the slowest rank's seconds. `other` is what its parts, each of
+//! the rank that was slowest there, leave of the step.
 Sample advance( Simulation& simulation, const Case& setting, const int steps,
                 Traffic& traffic )
 {
@@ -145,14 +146,9 @@ Sample advance( Simulation& simulation, const Case& setting, const int steps,
     ExecutionSpace().fence();
     std::vector<Real> seconds = { timer.seconds() };
     traffic = Traffic::upToNow();
-    Real other = seconds[0];
-    for ( const auto& [part, phase] : phases )
-    {
-        seconds.push_back( phaseSeconds( phase ) );
-        if ( setting.has( part ) )
-            other -= seconds.back();
-    }
-    seconds.push_back( other );
+    for ( const auto& entry : phases )
+        seconds.push_back( phaseSeconds( entry.second ) );
+    seconds.push_back( 0 ); // other
     seconds.push_back( activitySeconds( traffic, Activity::halo ) +
                        activitySeconds( traffic, Activity::halo_wait ) );
     seconds.push_back( activitySeconds( traffic, Activity::migration ) );
@@ -161,6 +157,12 @@ Sample advance( Simulation& simulation, const Case& setting, const int steps,
     sample.seconds = seconds[0] / steps;
     for ( std::size_t k = 0; k < partNames().size(); ++k )
         sample.parts[partNames()[k]] = seconds[k + 1] / steps;
+    Real other = sample.seconds;
+    for ( const auto& entry : phases )
+        if ( setting.has( entry.first ) )
+            other -= sample.parts[entry.first];
+    // Where different ranks are slowest nothing may be left; a row has a rate.
+    sample.parts["other"] = std::max( other, Real( 1e-9 ) );
     return sample;
 }
 
