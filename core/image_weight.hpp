@@ -77,7 +77,7 @@ void applyImageWeight( State<Dim>& state )
         return;
     const Profile::Phase phase( "grid force" );
     auto& excess = state.image_weight.excess;
-    excess.fold( state.halo, vectorComponents<Dim, 1>( state.weight_parity ) );
+    foldWeight( state, excess );
     Vector<Dim> one;
     for ( int d = 0; d < Dim; ++d )
         one[d] = 1;

@@ -11,9 +11,19 @@
 namespace Machpoint
 {
 
+//! Folds what the weight of gas is in proportion to, or that itself. Nodes on
+//! walls rest along axes along which these hold them. \param sum [nodes][Dim]
+template <int Dim>
+void foldWeight( const State<Dim>& state, NodeSum& sum )
+{
+    sum.fold( state.halo, vectorComponents<Dim, 1>( state.weight_parity ) );
+    state.halo.restOnWalls( sum.field(),
+                            vectorComponents<Dim, 1>( Parity::velocity ) );
+}
+
 /*!
   \brief Adds dt f / m to v' of every stored node.
-  \param[in,out] field [nodes][>= Dim], folded as a force; becomes f itself
+  \param[in,out] field [nodes][>= Dim], folded (foldWeight); becomes f itself
   \param scale f over the field, axis by axis [Dim]
 */
 template <int Dim>

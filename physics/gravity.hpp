@@ -114,8 +114,7 @@ class Gravity : public Module<Dim>
 
     void gridForce( State<Dim>& state ) override
     {
-        _force.fold( state.halo,
-                     vectorComponents<Dim, 1>( state.weight_parity ) );
+        foldWeight( state, _force );
         pushNodes<Dim>( state, _force.field(), _g ); // until here the mass
     }
 

@@ -377,6 +377,7 @@ TEST( Diffusion, conductionLeavesColdParticlesTheirHeat )
                     input["initial"].push_back(
                         { { "type", "uniform" },
                           { "density", 0.02 },
+                          { "velocity", repeat( dimension, 0.0 ) },
                           { "pressure", 1 },
                           { "region",
                             { { "type", "sphere" },
