@@ -7,6 +7,7 @@
 
 #include <core/for_basis.hpp>
 #include <core/module.hpp>
+#include <core/pair_exchange.hpp>
 #include <physics/diffusion.hpp>
 
 namespace Machpoint
@@ -160,22 +161,20 @@ void gatherHeating( const State<Dim>& state, const NodeView& heating,
                 const Lanes mass = load( m, p );
                 Straggler particle{
                     heatOf( Lanes( load( e, p ) ), volume, mass, reference ) };
-                Lanes gained( 0.0 ), mean( 0.0 ), eta( 0.0 ), eta_e( 0.0 );
+                Lanes gained( 0.0 );
+                PairExchange pairs;
                 forEachNode( s, layout,
                              [&]( const auto& i ) MACHPOINT_INLINE
                              {
-                                 const Lanes node = at( means, i.row, 1 );
-                                 particle.look( node );
-                                 mean += i.weight * node;
+                                 const Lanes mean = at( means, i.row, 1 );
+                                 particle.look( mean );
                                  gained += i.weight * at( heating, i.row, 0 );
-                                 eta += i.weight * at( heating, i.row, 1 );
-                                 eta_e += i.weight * at( heating, i.row, 2 );
+                                 pairs.add( i.weight, mean,
+                                            at( heating, i.row, 1 ),
+                                            at( heating, i.row, 2 ) );
                              } );
-                const Lanes own = particle.own;
                 const Lanes share = particle.share( conducted, volume, mass );
-                store( heat,
-                       dt * gained + share * ( mean - own ) +
-                           ( Lanes( 1.0 ) - share ) * ( eta_e - eta * own ),
+                store( heat, dt * gained + pairs.gained( particle.own, share ),
                        p );
             },
         heating, means );

@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_CONSERVATIVE_CONDUCTION_HPP
 #define MACHPOINT_CONSERVATIVE_CONDUCTION_HPP
 
+#include <core/pair_exchange.hpp>
 #include <core/transfer.hpp>
 
 namespace Machpoint
@@ -59,12 +60,8 @@ bool findFriction( State<Dim>& state )
 
 /*!
   \brief Conduction of heat: a pair of particles exchanges it where either has
-  felt friction.
-
-  e_p += sum_i w_i sum_q m_q w_iq / m_i (1 - (1 - eta_p)(1 - eta_q)) (e_q - e_p)
-  with eta their ConductedHeat and m_i = sum_q m_q w_iq. Conserves energy, and
-  an energy ends between those that were there. Without friction it looks, no
-  more. e is heat, e - p_inf / rho, of a stiffened gas.
+  felt friction (PairExchange), eta their ConductedHeat. Without friction it
+  looks, no more. e is heat, e - p_inf / rho, of a stiffened gas.
   \param heat [nodes][>= 4] scratch
 */
 template <class Basis, int Dim>
@@ -92,18 +89,16 @@ void conductHeat( State<Dim>& state, NodeSum& heat )
                 const Lanes own =
                     energy - reference * load( V, p ) / load( m, p );
                 const Lanes part = load( share, p );
-                Lanes change( 0.0 );
+                PairExchange pairs;
                 forEachNode( s, layout,
                              [&]( const auto& i ) MACHPOINT_INLINE
                              {
                                  Lanes mean[4]; // m, e, eta, eta e
                                  loadRow( means, i.row, mean );
-                                 change += i.weight *
-                                           ( part * ( mean[1] - own ) +
-                                             ( 1 - part ) *
-                                                 ( mean[3] - mean[2] * own ) );
+                                 pairs.add( i.weight, mean[1], mean[2],
+                                            mean[3] );
                              } );
-                store( e, energy + change, p );
+                store( e, energy + pairs.gained( own, part ), p );
             },
         means );
 }
