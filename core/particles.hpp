@@ -99,7 +99,7 @@ struct HostParticles
 };
 
 //! Particles and their copies that take more are not in the cache any more
-//! when the next kernel reads them (docs/performance.md).
+//! when the next kernel reads them (docs/performance_tried.md).
 inline constexpr Real cached_bytes = 64 << 20;
 
 //! The particles of one material.

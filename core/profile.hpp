@@ -39,7 +39,7 @@ class Profile
 
       Without, Kokkos waits for all that runs before each kernel, as it would
       have to for a tool that takes the time of each: where there is little to
-      do, a step on a GPU takes half as long again (docs/performance.md).
+      do, a step on a GPU takes half as long again (docs/performance_tried.md).
     */
     static void announce();
     //! Clears all entries and installs the callbacks (once).
