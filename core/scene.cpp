@@ -1,13 +1,19 @@
+/*!
+  \file scene.cpp
+  \brief A scene, built: its modules, bodies and nodes, and what an input may
+  name of them.
+*/
 #include <core/scene.hpp>
 
-#include <core/initial_gas.hpp>
 #include <core/profile.hpp>
+#include <core/scene_parts.hpp>
 #include <core/shape_input.hpp>
 #include <physics/modules.hpp>
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace Machpoint
 {
@@ -74,213 +80,6 @@ Decomposition<Dim> decompose( const Json& input, const Grid<Dim>& grid )
         throw InputError(
             { fmt::format( "/decomposition/ranks: {}", error.what() ) } );
     }
-}
-
-//! A place near which something is wrong, for messages.
-template <int Dim>
-std::string near( const Vector<Dim>& x )
-{
-    std::string text;
-    for ( int d = 0; d < Dim; ++d )
-        text += fmt::format( "{}{:.4g}", d ? ", " : "", x[d] );
-    return fmt::format( "near ({})", text );
-}
-
-//! Adds what is wrong with a side. \param gap,overlap a place of each; none:
-//! empty
-void tellOfSide( std::vector<std::string>& errors, const std::string& side,
-                 const std::string& gap, const std::string& overlap )
-{
-    if ( !gap.empty() )
-        errors.push_back( fmt::format(
-            "/boundary: no entry for side {} {}; add one, for example "
-            "{{ \"type\": \"slip_wall\", \"side\": \"{}\" }}",
-            side, gap, side ) );
-    if ( !overlap.empty() )
-        errors.push_back( fmt::format(
-            "/boundary: more than one entry for side {} {}; keep one, or "
-            "give them regions that do not overlap",
-            side, overlap ) );
-}
-
-//! The regions of a side's entries that have one.
-template <int Dim>
-std::vector<Shape<Dim, Kokkos::HostSpace>> regionsOf( const Json& input,
-                                                      const int side )
-{
-    std::vector<Shape<Dim, Kokkos::HostSpace>> regions;
-    for ( const auto& entry : input.at( "boundary" ) )
-        for ( const auto& claim : sidesOf( entry, Dim ) )
-            if ( claim.side == side && entry.contains( "region" ) )
-                regions.push_back(
-                    makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) ) );
-    return regions;
-}
-
-//! A body that reaches through a periodic side must go on beyond the opposite
-//! one, and one with images whose gas is beyond it, too: asks at the nodes of
-//! both.
-template <int Dim>
-void checkPeriodicBodies( const Json& input, const Grid<Dim>& grid,
-                          std::vector<std::string>& errors )
-{
-    Json solids = Json::array();
-    Real reach = 0;
-    Indices<Dim> is_periodic{};
-    for ( const auto& entry : input.at( "boundary" ) )
-    {
-        if ( const auto& hooks = boundaryHooks( entry, Dim ); hooks.solid )
-        {
-            solids.push_back( hooks.solid( entry ) );
-            if ( entry.value( "treatment", Json() ) == "images" )
-                reach =
-                    Kokkos::max( reach, entry.value( "image_reach", 0.0_rt ) *
-                                            grid.maxSpacing() );
-        }
-        for ( const auto& claim : sidesOf( entry, Dim ) )
-            if ( claim.kind == SideKind::periodic )
-                is_periodic[claim.side / 2] = 1;
-    }
-    if ( solids.empty() )
-        return;
-    const auto shape = makeShape<Dim, Kokkos::HostSpace>(
-        { { "type", "union" }, { "shapes", solids } } );
-    const NodeLayout<Dim> whole( grid, false, 0 );
-    // What rounding makes of a surface disturbs nothing.
-    const Real slight = 0.25_rt * grid.minSpacing();
-    const auto names = sideNames( Dim );
-    for ( int axis = 0; axis < Dim; ++axis )
-        for ( int t = 0;
-              is_periodic[axis] && t < Halo<Dim>::sideSize( whole, axis ); ++t )
-        {
-            auto x = whole.position( Halo<Dim>::sideNode( whole, axis, t ) );
-            x[axis] = grid.lower[axis];
-            const Real lower = shape.distance( x );
-            x[axis] = grid.upper[axis];
-            const Real upper = shape.distance( x );
-            const Real nearer = Kokkos::min( lower, upper );
-            if ( nearer > reach || Kokkos::max( lower, upper ) < 0 ||
-                 Kokkos::abs( lower - upper ) < slight )
-                continue;
-            const int side = 2 * axis + ( lower < upper ? 0 : 1 );
-            if ( lower < upper )
-                x[axis] = grid.lower[axis];
-            errors.push_back( fmt::format(
-                "/boundary: the body {} the periodic side {} {} does not go on "
-                "at {}; add it once more, moved by the domain's length, as a "
-                "member of a union",
-                nearer < 0 ? "that reaches through" : "within image_reach of",
-                names[side], near<Dim>( x ), names[side ^ 1] ) );
-            break;
-        }
-}
-
-//! Asks in the middle of each quarter of a cell of a side whose entries have
-//! regions; in 3D of 512 parts along an axis at most. A seam belongs to both.
-template <int Dim>
-void checkSides( const Json& input )
-{
-    const auto grid = makeGrid<Dim>( input );
-    const auto names = sideNames( Dim );
-    std::vector<std::string> errors;
-    for ( int side = 0; side < 2 * Dim; ++side )
-    {
-        const int axis = side / 2;
-        const auto regions = regionsOf<Dim>( input, side );
-        if ( regions.empty() )
-            continue; // whole sides are counted where the input is read
-        constexpr int most = Dim == 3 ? 512 : 1 << 18;
-        Indices<Dim> parts{};
-        int count = 1;
-        for ( int d = 0; d < Dim; ++d )
-        {
-            parts[d] = d == axis ? 1 : std::min( 4 * grid.cells[d], most );
-            count *= parts[d];
-        }
-        std::string gap, overlap;
-        for ( int k = 0; k < count; ++k )
-        {
-            Vector<Dim> x{};
-            int rest = k;
-            for ( int d = 0; d < Dim; ++d )
-            {
-                x[d] = grid.lower[d] + ( rest % parts[d] + 0.5_rt ) *
-                                           ( grid.upper[d] - grid.lower[d] ) /
-                                           parts[d];
-                rest /= parts[d];
-            }
-            x[axis] = side % 2 ? grid.upper[axis] : grid.lower[axis];
-            const Real seam = nudge * grid.minSpacing();
-            const auto within = [&]( const Real distance )
-            {
-                return std::count_if(
-                    regions.begin(), regions.end(),
-                    [&]( const auto& region )
-                    { return region.distance( x ) < distance; } );
-            };
-            if ( gap.empty() && within( seam ) == 0 )
-                gap = near<Dim>( x );
-            if ( overlap.empty() && within( -seam ) > 1 )
-                overlap = near<Dim>( x );
-        }
-        tellOfSide( errors, names[side], gap, overlap );
-    }
-    checkPeriodicBodies( input, grid, errors );
-    if ( !errors.empty() )
-        throw InputError( errors );
-}
-
-/*!
-  \brief What each node of each side of the whole domain is; the modules claim
-  them. All ranks find the same, and the same errors.
-  \return for each side the kinds of its nodes without halo, x first
-*/
-template <int Dim>
-std::vector<std::vector<SideKind>> claimSides( Scene<Dim>& scene,
-                                               const NodeLayout<Dim>& whole )
-{
-    std::vector<std::vector<SideKind>> kinds;
-    std::vector<std::string> errors;
-    const auto names = sideNames( Dim );
-    for ( int side = 0; side < 2 * Dim; ++side )
-    {
-        const int axis = side / 2;
-        auto& list = kinds.emplace_back();
-        std::string gap, overlap;
-        for ( int t = 0; t < Halo<Dim>::sideSize( whole, axis ); ++t )
-        {
-            auto x = whole.position( Halo<Dim>::sideNode( whole, axis, t ) );
-            // Regions may end at the domain's edge, or at a node.
-            const auto& grid = scene.state.grid;
-            const Real hair = nudge * grid.minSpacing();
-            for ( int d = 0; d < Dim; ++d )
-                x[d] = std::clamp( x[d] + hair, grid.lower[d] + hair,
-                                   grid.upper[d] - hair );
-            x[axis] = side % 2 ? grid.upper[axis] : grid.lower[axis];
-            int claims = 0;
-            SideKind kind{};
-            for ( const auto& active : scene.modules )
-                for ( const auto& claim : active.sides )
-                    if ( claim.side == side && active.module->covers( x ) )
-                    {
-                        kind = claim.kind;
-                        ++claims;
-                    }
-            list.push_back( kind );
-            auto& problem = claims == 0 ? gap : overlap;
-            if ( claims != 1 && problem.empty() )
-                problem = near<Dim>( x );
-            if ( kind == SideKind::no_slip )
-                for ( int d = 0; d < Dim; ++d )
-                    scene.has_wall[d] = 1;
-            else if ( kind == SideKind::slip )
-                scene.has_wall[axis] = 1;
-        }
-        tellOfSide( errors, names[side], gap, overlap );
-    }
-    if ( !errors.empty() )
-        throw InputError( errors );
-    return kinds;
 }
 
 //! The node of the domain whose image node i is: periodic or mirrored.
@@ -351,122 +150,6 @@ std::vector<Parameters> declareInitialStates( const int dimension )
         return list;
     }
     return {};
-}
-
-//! Calls visit( id, x, gas, gradient of its velocity ) for each particle that
-//! is to be laid into this rank's cells, cell by cell.
-template <int Dim, class Visitor>
-void forEachNewParticle( const InitialGas<Dim>& initial,
-                         const Scene<Dim>& scene, const Visitor& visit )
-{
-    const auto& state = scene.state;
-    const auto& grid = state.grid;
-    const auto& box = state.layout.box;
-    const int q = latticeSize( state.per_cell, Dim );
-    for ( int own_cell = 0; own_cell < box.totalCells(); ++own_cell )
-    {
-        Indices<Dim> i{};
-        int rest = own_cell;
-        for ( int d = 0; d < Dim; ++d )
-        {
-            i[d] = box.begin[d] + rest % box.cells( d );
-            rest /= box.cells( d );
-        }
-        // Ids and random places count the cells of the whole domain.
-        std::int64_t cell = 0;
-        for ( int d = Dim - 1; d >= 0; --d )
-            cell = cell * grid.cells[d] + i[d];
-        for ( int k = 0; k < state.per_cell; ++k )
-        {
-            const auto f =
-                placeInCell<Dim>( state.placement, q, state.seed, cell, k );
-            Vector<Dim> x{};
-            for ( int d = 0; d < Dim; ++d )
-                x[d] = grid.lower[d] + ( i[d] + f[d] ) * grid.spacing[d];
-            bool solid = false;
-            for ( const auto& active : scene.modules )
-                solid = solid || active.module->isSolid( x );
-            if ( solid )
-                continue;
-            Gradient gradient;
-            const auto gas = initial.at( x, gradient );
-            if ( gas.density != 0 ) // else a place without gas
-                visit( cell * state.per_cell + k, x, gas, gradient );
-        }
-    }
-}
-
-//! Writes a row of host memory for a new particle.
-template <int Dim>
-void setParticle( const HostParticles<Dim>& host, const std::size_t p,
-                  const std::int64_t id, const Vector<Dim>& x,
-                  const GasState& gas, const Gradient& gradient,
-                  const Real volume, const Real specific_internal_energy )
-{
-    for ( int a = 0; a < Dim; ++a )
-    {
-        host.template slice<Position>()( p, a ) = x[a];
-        host.template slice<Velocity>()( p, a ) = gas.velocity[a];
-        for ( int b = 0; b < Dim; ++b )
-            host.template slice<VelocityGradient>()( p, a, b ) = gradient[a][b];
-    }
-    host.template slice<Volume>()( p ) = volume;
-    host.template slice<SpecificInternalEnergy>()( p ) =
-        specific_internal_energy;
-    host.template slice<Mass>()( p ) = gas.density * volume;
-    host.template slice<Pressure>()( p ) = 0;
-    host.template slice<SoundSpeed>()( p ) = 0;
-    host.template slice<Id>()( p ) = id;
-}
-
-//! Lays the particles into this rank's cells: counted first, then in blocks by
-//! way of the host, so that memory holds them once.
-template <int Dim>
-void placeParticles( const Json& input, Scene<Dim>& scene )
-{
-    const InitialGas<Dim> initial( input );
-    auto& state = scene.state;
-    std::size_t count = 0;
-    std::string fault;
-    forEachNewParticle(
-        initial, scene,
-        [&]( const auto, const auto& x, const auto& gas, const auto& )
-        {
-            ++count;
-            if ( fault.empty() )
-                fault = initial.fault( x, gas );
-        } );
-    const auto& comm = state.decomposition.comm();
-    const double first_fault =
-        comm.min( fault.empty() ? comm.size() : comm.rank() );
-    if ( first_fault < comm.size() )
-        throw InputError(
-            { comm.from( static_cast<int>( first_fault ), fault ) } );
-    if ( state.decomposition.comm().sum( static_cast<std::int64_t>( count ) ) ==
-         0 )
-        throw InputError(
-            { "/initial: no particle finds room: obstacles and regions leave "
-              "no gas in the domain; shrink the obstacle or widen a region" } );
-    state.particles.resize( count );
-    HostParticles<Dim> block;
-    block.resize( std::min<std::size_t>( count, 1 << 14 ) );
-    const Real volume = state.grid.cellVolume() / state.per_cell;
-    std::size_t first = 0, p = 0;
-    forEachNewParticle(
-        initial, scene,
-        [&]( const std::int64_t id, const Vector<Dim>& x, const GasState& gas,
-             const Gradient& gradient )
-        {
-            setParticle<Dim>( block, p, id, x, gas, gradient, volume,
-                              scene.gas->specificInternalEnergy(
-                                  gas.density, gas.pressure ) );
-            if ( ++p < block.size() )
-                return;
-            state.particles.put( first, block );
-            first += p;
-            p = 0;
-            block.resize( std::min( count - first, block.size() ) );
-        } );
 }
 
 //! All bodies, in the order of their modules.
@@ -546,19 +229,6 @@ NodeLayout<Dim> layOutNodes( const Scene<Dim>& scene )
 }
 
 } // namespace
-
-void checkSides( const Json& input )
-{
-    switch ( input.at( "dimension" ).get<int>() )
-    {
-    case 1:
-        return checkSides<1>( input );
-    case 2:
-        return checkSides<2>( input );
-    default:
-        return checkSides<3>( input );
-    }
-}
 
 template <int Dim>
 void layOut( Scene<Dim>& scene )
