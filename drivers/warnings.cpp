@@ -1,6 +1,13 @@
+/*!
+  \file warnings.cpp
+  \brief The start of a scene, sampled: what its gas tells the modules, and what
+  none of them would say.
+*/
+#include <drivers/warnings.hpp>
+
+#include <drivers/body_doubts.hpp>
 #include <drivers/exact_doubts.hpp>
 #include <drivers/sample_grid.hpp>
-#include <drivers/warnings.hpp>
 
 #include <core/initial_gas.hpp>
 #include <core/method_apic.hpp>
@@ -10,11 +17,9 @@
 #include <physics/initial/blast.hpp>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -28,11 +33,6 @@ namespace
 constexpr double least_shock = 1.1;
 //! Speed, in sound speeds, past which the flow about most bodies has shocks.
 constexpr double critical_mach = 0.7;
-//! Of a body with images, cells (docs/method.md, section 11).
-constexpr int least_thickness = 5;
-//! Angle with a wall below which a body that rises from it starts late,
-//! degrees (docs/conservative.md, section 6).
-constexpr double least_slope = 25;
 //! Of time.cfl, up to which all hard cases were run (docs/method.md, section
 //! 6).
 constexpr double largest_cfl = 1.2;
@@ -97,36 +97,13 @@ class Survey
             odd.push_back( "/initial: no gas is at any place that was looked "
                            "at, so a run may find no room for a particle; "
                            "fill the domain, or leave room beside bodies" );
-        // From the centre of a sample to a body that might yet act on it.
-        double reach = farthest_image * makeGrid<Dim>( _input ).maxSpacing();
-        for ( int d = 0; d < Dim; ++d )
-            reach += 0.5 * _grid.spacing[d];
-        for ( const auto& body : _bodies )
-            if ( body.nearest_sample > reach )
-                odd.push_back( body.place +
-                               ": the body is outside the domain, where no "
-                               "gas meets it; move it or leave it out" );
-        for ( const auto& body : _bodies )
-            if ( body.has_images )
-            {
-                tellIfThin( body, odd );
-                tellIfSlender( body, odd );
-            }
+        for ( const auto& doubt : findBodyDoubts( _input, _samples, _bodies ) )
+            odd.push_back( doubt );
         tellOfSmallBlasts( odd );
         return odd;
     }
 
   private:
-    //! A solid body, as it stands in the input.
-    struct Body
-    {
-        std::string place;
-        Shape<Dim, Kokkos::HostSpace> shape;
-        bool has_images = false;
-        double nearest_sample = Kokkos::Experimental::infinity_v<double>;
-        Vector<Dim> sample{}; // that one: the deepest, if it is inside
-    };
-
     //! Of energy that particles hardly take up, as they miss where it is.
     void tellOfSmallBlasts( std::vector<std::string>& odd ) const
     {
@@ -148,145 +125,10 @@ class Survey
         }
     }
 
-    //! From the deepest sample of a body to the deepest place nearby.
-    Vector<Dim> deepest( const Body& body ) const
-    {
-        auto x = body.sample;
-        Real least = body.shape.distance( x );
-        for ( Real step = _grid.maxSpacing();
-              step > 1e-3_rt * _grid.minSpacing(); )
-        {
-            bool is_deeper = false;
-            for ( int d = 0; d < Dim; ++d )
-                for ( const Real way : { -step, step } )
-                {
-                    auto y = x;
-                    y[d] += way;
-                    const Real distance = body.shape.distance( y );
-                    if ( distance >= least )
-                        continue;
-                    least = distance;
-                    x = y;
-                    is_deeper = true;
-                }
-            if ( !is_deeper )
-                step *= 0.5_rt;
-            else if ( -least > 100 * _grid.maxSpacing() )
-                break; // a half space has no end
-        }
-        return x;
-    }
-
-    /*!
-      \brief Tells of a body that is nowhere thick enough to part the gas on
-      its two sides: the stencil of a particle before it and that of an image
-      within it reach across (docs/method.md, section 11).
-    */
-    void tellIfThin( const Body& body, std::vector<std::string>& odd ) const
-    {
-        const auto grid = makeGrid<Dim>( _input );
-        const auto x = deepest( body );
-        const auto middle = body.shape.nearest( x );
-        const Real thickness = -2 * middle.distance / grid.minSpacing();
-        if ( thickness <= 0 || thickness > least_thickness - 0.01_rt )
-            return;
-        // Below an edge the normal is between those of its faces.
-        Real straight = 0;
-        for ( int d = 0; d < Dim; ++d )
-            straight = Kokkos::max( straight, Kokkos::abs( middle.normal[d] ) );
-        for ( const Real way : { -1.01_rt, 1.01_rt } ) // to both of its sides
-        {
-            auto beside = x;
-            for ( int d = 0; d < Dim; ++d )
-            {
-                beside[d] -=
-                    way * middle.distance / straight * middle.normal[d];
-                if ( beside[d] < grid.lower[d] || beside[d] > grid.upper[d] )
-                    return;
-            }
-            if ( isInBody( beside ) )
-                return;
-        }
-        odd.push_back( fmt::format(
-            "{}: the body is {:.2g} cells thick, and with images less than {} "
-            "cells do not part the gas on its two sides; refine the grid, make "
-            "it thicker, or give it the treatment \"projection\", which needs "
-            "2",
-            body.place, thickness, least_thickness ) );
-    }
-
-    //! Tells of the first place where a body rises from a wall so little that
-    //! its tip is lost in what the wall mirrors.
-    void tellIfSlender( const Body& body, std::vector<std::string>& odd ) const
-    {
-        for ( const auto& entry : _input.at( "boundary" ) )
-            for ( const auto& claim : sidesOf( entry, Dim ) )
-            {
-                if ( claim.kind != SideKind::slip &&
-                     claim.kind != SideKind::no_slip )
-                    continue;
-                const int axis = claim.side / 2;
-                const int layer = claim.side % 2 ? _grid.cells[axis] - 1 : 0;
-                bool is_told = false;
-                _samples.forEach(
-                    [&]( const Indices<Dim>& i, int )
-                    {
-                        if ( is_told || i[axis] != layer )
-                            return;
-                        auto x = _samples.center( i );
-                        x[axis] = claim.side % 2 ? _grid.upper[axis]
-                                                 : _grid.lower[axis];
-                        const double slope = slopeAt( body, x, claim.side );
-                        is_told = slope < least_slope;
-                        if ( is_told )
-                            odd.push_back( fmt::format(
-                                "{}: the body rises from {} at {:.2g} degrees "
-                                "near {}, where what that wall mirrors hides "
-                                "its tip, so shocks start late; begin the grid "
-                                "two cells or more beyond the wall, and make "
-                                "the wall a body, too",
-                                body.place, sideNames( Dim )[claim.side], slope,
-                                placeText<Dim>( x ) ) );
-                    } );
-            }
-    }
-
-    //! Angle between a side and a body's surface that rises from it between a
-    //! place and the next samples; infinite where none does. Degrees.
-    double slopeAt( const Body& body, const Vector<Dim>& a,
-                    const int side ) const
-    {
-        const int axis = side / 2;
-        for ( int d = 0; d < Dim; ++d )
-        {
-            auto b = a;
-            b[d] += _grid.spacing[d];
-            if ( d == axis || b[d] > _grid.upper[d] ||
-                 isInBody( a ) == isInBody( b ) ||
-                 ( body.shape.distance( a ) < 0 ) ==
-                     ( body.shape.distance( b ) < 0 ) )
-                continue;
-            const auto normal =
-                body.shape.nearest( isInBody( a ) ? b : a ).normal;
-            const double upright = side % 2 ? -normal[axis] : normal[axis];
-            if ( upright > 0 )
-                return std::acos( std::min( upright, 1.0 ) ) * 180 /
-                       std::numbers::pi;
-        }
-        return Kokkos::Experimental::infinity_v<double>;
-    }
-
-    bool isInBody( const Vector<Dim>& x ) const
-    {
-        return std::any_of( _bodies.begin(), _bodies.end(),
-                            [&]( const Body& body )
-                            { return body.shape.distance( x ) < 0; } );
-    }
-
     //! The gas at a place; of zero density in a body.
     GasState gasAt( const Vector<Dim>& x ) const
     {
-        if ( isInBody( x ) )
+        if ( isInBody<Dim>( _bodies, x ) )
             return {};
         Gradient gradient;
         return _initial.at( x, gradient );
@@ -336,7 +178,7 @@ class Survey
                         _first = gas;
                     _is_uniform = _is_uniform && areSame( *_first, gas );
                 }
-                else if ( !isInBody( x ) )
+                else if ( !isInBody<Dim>( _bodies, x ) )
                     _is_uniform = false; // it will flow there
             } );
     }
@@ -515,7 +357,7 @@ class Survey
     std::optional<GasLaw> _law; // else nothing is known of sound and shocks
     SampleGrid<Dim> _samples;
     const Grid<Dim>& _grid; // its own
-    std::vector<Body> _bodies;
+    std::vector<SampledBody<Dim>> _bodies;
     std::vector<GasState> _gas;
     std::optional<GasState> _first;
     double _least_speed = Kokkos::Experimental::infinity_v<double>;
