@@ -1,39 +1,32 @@
+/*!
+  \file command_line.cpp
+  \brief The program: its options, what they ask for, and how it ends.
+*/
 #include <drivers/command_line.hpp>
 
+#include <drivers/catalogue.hpp>
 #include <drivers/dry_run.hpp>
 #include <drivers/input.hpp>
+#include <drivers/launch.hpp>
 #include <drivers/run.hpp>
 #include <drivers/study.hpp>
-#include <drivers/study_input.hpp>
 #include <drivers/tell.hpp>
 #include <drivers/warnings.hpp>
 
-#include <core/basis.hpp>
 #include <core/communicator.hpp>
-#include <core/exact.hpp>
 #include <core/kokkos_session.hpp>
-#include <core/method_apic.hpp>
-#include <core/method_conservative.hpp>
-#include <core/method_paper.hpp>
 #include <core/output.hpp>
-#include <core/registry.hpp>
 #include <core/revision.hpp>
-#include <core/shape_input.hpp>
 #include <core/simulation.hpp>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-
-#ifdef _OPENMP
-#include <omp.h>
-#endif
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <sstream>
@@ -79,133 +72,6 @@ const CLI::Validator whole_number(
         return std::string();
     },
     "" );
-
-//! A heading of `list` and what stands below it.
-struct Section
-{
-    std::string title;
-    std::vector<Parameters> entries;
-};
-
-//! Everything that an input can name.
-std::vector<Section> catalogue()
-{
-    auto find = []( const std::string& key )
-    {
-        const auto all = inputParameters( 0 );
-        for ( const auto& parameter : all.keys() )
-            if ( parameter.name == key )
-                return *parameter.nested;
-        throw std::logic_error( "no input object " + key );
-    };
-    auto method = [&]( const std::string& name, const std::string& summary )
-    {
-        Parameters p( name, summary, 0 );
-        p.object( "method", methodParameters( name, 0 ),
-                  "the input's method object" );
-        return p;
-    };
-    auto basis = []( const char* name, const int degree, const char* nodes )
-    {
-        return Parameters(
-            name,
-            fmt::format( "B-splines of degree {}, nodes at {}", degree, nodes ),
-            0 );
-    };
-    return { { "input",
-               { inputParameters( 0 ), find( "grid" ), find( "particles" ),
-                 find( "time" ), find( "output" ), find( "checkpoint" ),
-                 find( "decomposition" ), studyParameters() } },
-             { "method",
-               { method( Paper::name, Paper::summary ),
-                 method( Apic::name, Apic::summary ),
-                 method( Conservative::name, Conservative::summary ) } },
-             { "basis",
-               { basis( Linear::name, 1, "cell vertices" ),
-                 basis( Quadratic::name, 2, "cell centres" ),
-                 basis( Cubic::name, 3, "cell vertices" ) } },
-             { "physics", physicsFamily().members( 0 ) },
-             { "boundary", boundaryFamily().members( 0 ) },
-             { "shape", shapeFamily().members( 0 ) },
-             { "initial state", initialFamily().members( 0 ) },
-             { "exact solution", exactFamily().members( 0 ) } };
-}
-
-//! Those of one section, by its first word; empty: all.
-//! \return is there any?
-bool listEntries( const std::string& key )
-{
-    bool found = false;
-    for ( const auto& section : catalogue() )
-        for ( const auto& entry : section.entries )
-            if ( key.empty() ||
-                 key == section.title.substr( 0, section.title.find( ' ' ) ) )
-            {
-                fmt::print( "{:<16} {:<22} {}\n", section.title, entry.name(),
-                            entry.summary() );
-                found = true;
-            }
-    return found;
-}
-
-//! The rows of a key, for each object that has it.
-//! \return is there any?
-bool describeKey( const std::string& key )
-{
-    std::string text, of_input;
-    for ( const auto& section : catalogue() )
-        for ( const auto& entry : section.entries )
-        {
-            const auto rows = describe( entry, key );
-            if ( rows.empty() )
-                continue;
-            // The objects of an input are entries, too.
-            auto& place = entry.name() == "input" ? of_input : text;
-            place += fmt::format( "{}{} ({}): {}\n{}",
-                                  place.empty() ? "" : "\n", entry.name(),
-                                  section.title, entry.summary(), rows );
-        }
-    fmt::print( "{}", text.empty() ? of_input : text );
-    return !text.empty() || !of_input.empty();
-}
-
-void addKeyNames( const Parameters& parameters,
-                  std::vector<std::string>& names )
-{
-    for ( const auto& key : parameters.keys() )
-    {
-        names.push_back( key.name );
-        if ( key.nested )
-            addKeyNames( *key.nested, names );
-    }
-}
-
-//! What the catalogue knows by a name, what there is of an input's key, or what
-//! has such a key.
-void describeByName( const std::string& name )
-{
-    std::vector<std::string> names, keys;
-    bool found = false;
-    for ( const auto& section : catalogue() )
-        for ( const auto& entry : section.entries )
-        {
-            names.push_back( entry.name() );
-            addKeyNames( entry, keys );
-            if ( entry.name() != name )
-                continue;
-            fmt::print( "{}{} ({}): {}\n", found ? "\n" : "", entry.name(),
-                        section.title, entry.summary() );
-            fmt::print( "{}", describe( entry ) );
-            found = true;
-        }
-    if ( found || listEntries( name ) || describeKey( name ) )
-        return;
-    names.insert( names.end(), keys.begin(), keys.end() );
-    const auto near = nearest( name, names );
-    throw InputError( { fmt::format(
-        "describe: nothing is called \"{}\"{}; see machpoint list", name,
-        near.empty() ? "" : "; did you mean \"" + near + "\"?" ) } );
-}
 
 //! The root's input on every rank; a file that only its node has will do.
 Json loadShared( const Communicator& ranks, const std::string& file,
@@ -292,64 +158,6 @@ int study( const Communicator& ranks, const std::string& file,
         throw InputError( { "machpoint study: is one process; start it without "
                             "mpirun" } );
     return runStudy( file, options );
-}
-
-//! \throws InputError where processes that were started together know nothing
-//! of each other: each would do the whole run.
-void requireAllProcesses( const Communicator& ranks )
-{
-    const int launched = launchedProcesses();
-    if ( launched > ranks.size() )
-        throw InputError( { fmt::format(
-            "machpoint: {} processes were started, and this one knows of {}; "
-            "start one, or configure with -DMachpoint_ENABLE_MPI=ON and start "
-            "them with the mpirun of the same MPI",
-            launched, ranks.size() ) } );
-}
-
-//! What is wrong with the number of threads that this process is to have, which
-//! Kokkos would abort or hang on; empty: nothing.
-std::string faultOfThreads()
-{
-    constexpr int most = 512; // of Kokkos' OpenMP
-    int count = 1;
-    const char* text = std::getenv( "KOKKOS_NUM_THREADS" );
-    if ( text )
-    {
-        const char* end = text + std::strlen( text );
-        const auto [rest, error] = std::from_chars( text, end, count );
-        if ( error != std::errc() || rest != end )
-            count = 0;
-    }
-#ifdef _OPENMP
-    else
-        count = omp_get_max_threads();
-#endif
-    return count >= 1 && count <= most
-               ? ""
-               : fmt::format( "{}: must be a number of threads from 1 to {}, "
-                              "not \"{}\"",
-                              text ? "KOKKOS_NUM_THREADS" : "OMP_NUM_THREADS",
-                              most, text ? text : std::to_string( count ) );
-}
-
-//! \return why Kokkos starts on no GPU; empty: nothing is wrong
-std::string startKokkos( std::optional<KokkosSession>& kokkos )
-{
-    try
-    {
-        kokkos.emplace();
-        return "";
-    }
-    catch ( const std::runtime_error& error ) // of CUDA, not of memory
-    {
-        if ( runs_on_host )
-            throw;
-        return fmt::format( "cannot start on a GPU: {}; start this build where "
-                            "one is free, or configure with "
-                            "-DMachpoint_BACKEND=OPENMP",
-                            error.what() );
-    }
 }
 
 //! Ends a rank upon a failure that the others may not have met: they would wait
