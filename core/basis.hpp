@@ -18,6 +18,8 @@
 #define MACHPOINT_BASIS_HPP
 
 #include <core/grid.hpp>
+#include <core/lane_members.hpp>
+#include <core/lane_rows.hpp>
 #include <core/lanes.hpp>
 
 namespace Machpoint

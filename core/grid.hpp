@@ -5,6 +5,7 @@
 #ifndef MACHPOINT_GRID_HPP
 #define MACHPOINT_GRID_HPP
 
+#include <core/lane_rows.hpp>
 #include <core/lanes.hpp>
 
 namespace Machpoint

@@ -8,6 +8,7 @@
 
 #include <core/basis.hpp>
 #include <core/halo.hpp>
+#include <core/lane_rows.hpp>
 #include <core/lanes.hpp>
 #include <core/warp_run.hpp>
 

@@ -7,7 +7,7 @@
 #define MACHPOINT_PARTICLES_HPP
 
 #include <core/communicator.hpp>
-#include <core/lanes.hpp>
+#include <core/lane_members.hpp>
 #include <core/sidecar.hpp>
 #include <core/traffic.hpp>
 

@@ -3,6 +3,8 @@
 #include "few_turns.hpp"
 #include "tolerance.hpp"
 
+#include <core/lane_members.hpp>
+#include <core/lane_rows.hpp>
 #include <core/node_sum.hpp>
 #include <core/particles.hpp>
 #include <core/power.hpp>

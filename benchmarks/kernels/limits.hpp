@@ -7,6 +7,7 @@
 #define MACHPOINT_BENCHMARKS_LIMITS_HPP
 
 #include <core/communicator.hpp>
+#include <core/lane_members.hpp>
 #include <core/particle_array.hpp>
 
 #include <Kokkos_Timer.hpp>
