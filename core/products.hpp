@@ -18,8 +18,8 @@
 #ifndef MACHPOINT_PRODUCTS_HPP
 #define MACHPOINT_PRODUCTS_HPP
 
-#include <core/basis.hpp>
 #include <core/rounded_terms.hpp>
+#include <core/stencil.hpp>
 
 #include <algorithm>
 #include <bit>

@@ -7,10 +7,10 @@
 #ifndef MACHPOINT_TRANSFER_HPP
 #define MACHPOINT_TRANSFER_HPP
 
-#include <core/basis.hpp>
 #include <core/products.hpp>
 #include <core/soundness.hpp>
 #include <core/state.hpp>
+#include <core/stencil.hpp>
 
 #include <cstddef>
 #include <new>

@@ -1,11 +1,11 @@
 // The method `conservative` and its parts: what each promises exactly.
 #include "scenes.hpp"
 
-#include <core/basis.hpp>
 #include <core/conservative/gather.hpp>
 #include <core/conservative/merging.hpp>
 #include <core/random.hpp>
 #include <core/scene.hpp>
+#include <core/stencil.hpp>
 
 #include <fmt/format.h>
 

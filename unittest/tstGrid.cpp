@@ -5,6 +5,7 @@
 #include <core/bounds.hpp>
 #include <core/halo.hpp>
 #include <core/placement.hpp>
+#include <core/stencil.hpp>
 
 #include <gtest/gtest.h>
 
