@@ -254,6 +254,28 @@ struct HalfwayWeights
     }
 };
 
+//! Weights of the face between a node and the next along each axis; none behind
+//! the last node.
+template <class Basis, int Dim, class Number>
+struct FaceWeights
+{
+    //! [d][i]: of the face behind node i along axis d.
+    Number w[Dim][Basis::nodes];
+
+    //! \param s of the particle, or pack
+    KOKKOS_FORCEINLINE_FUNCTION
+    FaceWeights( const Grid<Dim>& grid, const Stencil<Basis, Dim, Number>& s )
+    {
+        const HalfwayWeights<Basis, Dim, Number> halfway( grid, s );
+        for ( int d = 0; d < Dim; ++d )
+        {
+            for ( int i = 0; i < Basis::nodes - 1; ++i )
+                w[d][i] = halfway.c[d][i];
+            w[d][Basis::nodes - 1] = Number( 0.0 );
+        }
+    }
+};
+
 //! One face of a stencil, as seen by the particle.
 template <class Number = Real>
 struct StencilFace

@@ -319,7 +319,7 @@ void forEachDeposit( const char* label, const State<Dim>& state,
 template <int Dim, bool Affine>
 struct MomentTerms
 {
-    //! \name As core/products.hpp asks
+    //! \name As core/product_terms.hpp asks
     //! @{
     static constexpr int count = 1 + 2 * Dim;
     KOKKOS_FORCEINLINE_FUNCTION static constexpr int column( const int t )
