@@ -9,7 +9,7 @@
 #include <core/errors.hpp>
 #include <core/flow_facts.hpp>
 #include <core/gas_state.hpp>
-#include <core/halo.hpp>
+#include <core/sides.hpp>
 
 #include <functional>
 #include <stdexcept>

@@ -1,6 +1,7 @@
 /*!
   \file node_list.hpp
-  \brief Layer 3: the few nodes that a boundary acts on, found once.
+  \brief Layer 3: rows of the node fields: which of them a kernel serves, and
+  the few nodes that a boundary acts on, found once.
 */
 #ifndef MACHPOINT_NODE_LIST_HPP
 #define MACHPOINT_NODE_LIST_HPP
@@ -11,6 +12,41 @@
 
 namespace Machpoint
 {
+
+/*!
+  \brief Which rows of the node fields a kernel serves: all, or some that are
+  listed.
+*/
+class NodeRows
+{
+  public:
+    //! All. \param total that there are
+    explicit NodeRows( const int total ) : _count( total ) {}
+    //! \param rows ascending
+    explicit NodeRows( const IndexList& rows )
+        : _rows( rows ), _count( rows.extent_int( 0 ) ), _is_listed( true )
+    {
+    }
+
+    //! \param label of the kernel \param kernel called with a row, on the
+    //! device
+    template <class Kernel>
+    void forEach( const char* label, const Kernel& kernel ) const
+    {
+        const auto rows = _rows;
+        if ( _is_listed )
+            Machpoint::forEach(
+                label, _count,
+                MACHPOINT_LAMBDA( const int k ) { kernel( rows( k ) ); } );
+        else
+            Machpoint::forEach( label, _count, kernel );
+    }
+
+  private:
+    IndexList _rows;
+    int _count;
+    bool _is_listed = false;
+};
 
 /*!
   \brief The stored nodes whose position, NodeLayout::home, satisfies a

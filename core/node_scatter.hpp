@@ -6,7 +6,6 @@
 #ifndef MACHPOINT_NODE_SCATTER_HPP
 #define MACHPOINT_NODE_SCATTER_HPP
 
-#include <core/halo.hpp>
 #include <core/lane_rows.hpp>
 #include <core/lanes.hpp>
 #include <core/warp_run.hpp>

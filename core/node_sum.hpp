@@ -6,6 +6,7 @@
 #ifndef MACHPOINT_NODE_SUM_HPP
 #define MACHPOINT_NODE_SUM_HPP
 
+#include <core/halo.hpp>
 #include <core/rounded_terms.hpp>
 
 #include <optional>

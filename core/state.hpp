@@ -9,6 +9,7 @@
 #include <core/bodies.hpp>
 #include <core/collect.hpp>
 #include <core/decomposition.hpp>
+#include <core/halo.hpp>
 #include <core/images.hpp>
 #include <core/node_sum.hpp>
 #include <core/particles.hpp>
