@@ -11,6 +11,9 @@ namespace Machpoint
 {
 
 // One of these units has the loop.
+extern template class SceneRun<1>;
+extern template class SceneRun<2>;
+extern template class SceneRun<3>;
 extern template class TimeLoop<1>;
 extern template class TimeLoop<2>;
 extern template class TimeLoop<3>;

@@ -8,37 +8,15 @@
 #define MACHPOINT_TIME_LOOP_HPP
 
 #include <core/fault.hpp>
-#include <core/image_gaps.hpp>
 #include <core/image_weight.hpp>
-#include <core/node_sum.hpp>
 #include <core/profile.hpp>
-#include <core/sampling.hpp>
-#include <core/scene.hpp>
-#include <core/simulation.hpp>
-#include <core/sorting.hpp>
+#include <core/scene_run.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 namespace Machpoint
 {
-
-//! What the time loop must know of a method on a basis.
-struct Scheme
-{
-    NodeNeeds nodes;   //!< for their layout
-    int stencil_nodes; //!< that a particle sees along an axis
-    //! \name Of Nodes
-    //! @{
-    int moment_columns, velocity_columns;
-    //! @}
-    bool affine; //!< do particles carry an affine velocity field?
-    AffineMoment affine_moment; //!< of their kinetic energy; 0 if not
-    bool positive_energy;       //!< is a step repeated that makes it negative?
-    int lag_column;             //!< GridVelocity::lag of v
-};
 
 /*!
   \brief One scene, advanced by what a Stepper says of its method: the private
@@ -47,8 +25,19 @@ struct Scheme
   A Stepper's constructor ends with setUp.
 */
 template <int Dim>
-class TimeLoop : public Simulation
+class TimeLoop : public SceneRun<Dim>
 {
+    using Run = SceneRun<Dim>;
+    //! \name Of the scene
+    //! @{
+    using Run::_balancer, Run::_particles, Run::_scene, Run::_scheme;
+    using Run::balance, Run::layOut, Run::sortParticles;
+    using Run::call, Run::each, Run::withEach;
+    using Run::comm, Run::ledgerOfRanks;
+    using Run::findLeavers, Run::noteFrom;
+    using Run::migrateAll, Run::migrateNoted;
+    //! @}
+
   public:
     /*!
       Algorithm 1 of Baioni et al. 2023 (docs/method.md); `conservative` adds
@@ -80,20 +69,7 @@ class TimeLoop : public Simulation
         ++state.step;
     }
 
-    int dimension() const override { return Dim; }
-    double time() const override { return _scene.state.time; }
-    double timeStep() const override { return _scene.state.dt; }
-    std::int64_t steps() const override { return _scene.state.step; }
-    std::int64_t particles() const override { return _particles; }
     const std::string& limiter() const override { return _limiter; }
-    double bytesPerParticle() const override
-    {
-        const auto& particles = _scene.state.particles;
-        const auto count = comm().sum( std::int64_t( particles.size() ) );
-        const auto bytes = comm().sum( std::int64_t( particles.bytes() ) );
-        return count == 0 ? 0.0 : static_cast<double>( bytes ) / count;
-    }
-    Totals totals() const override { return sumParticles( _scene.state ); }
     const Extrema& extrema() const override { return _extrema; }
     void surveyExtrema() override
     {
@@ -104,43 +80,6 @@ class TimeLoop : public Simulation
             own.max_mach } ) );
     }
     std::int64_t retries() const override { return _retries; }
-    LedgerTotals ledger() const override
-    {
-        const auto all = ledgerOfRanks();
-        return { all.mass_in.value(), all.mass_out.value(),
-                 all.energy_in.value() };
-    }
-    Imbalance imbalance() override
-    {
-        _balancer.look( _scene.state.decomposition, _scene.state.particles );
-        return _balancer.seen();
-    }
-    bool isOpen() const override { return _scene.is_open; }
-    bool conservesMomentum( const int axis ) const override
-    {
-        for ( const auto& active : _scene.modules )
-            if ( active.module->exertsForce( axis ) )
-                return false;
-        return !_scene.is_open && !_scene.has_wall[axis];
-    }
-    ParticleData particleData() override
-    {
-        _scene.gas->particleState( _scene.state ); // pressure without q
-        return copyParticles( _scene.state );
-    }
-    GridData gridData() override
-    {
-        _scene.gas->particleState( _scene.state );
-        return sampleNodes();
-    }
-    std::vector<const Series*> series() const override
-    {
-        std::vector<const Series*> list;
-        for ( const auto& active : _scene.modules )
-            if ( active.module->series() )
-                list.push_back( active.module->series() );
-        return list;
-    }
     void checkpoint( Archive& archive ) override
     {
         auto& state = _scene.state;
@@ -188,17 +127,10 @@ class TimeLoop : public Simulation
   protected:
     //! \param input resolved \throws InputError
     TimeLoop( const Json& input, const Scheme& scheme )
-        : _scheme( scheme ), _scene( makeScene<Dim>( input, scheme.nodes ) ),
-          _balancer( input.at( "decomposition" ).at( "balance" ) ),
+        : Run( input, scheme ),
           _sort_every( input.at( "particles" ).at( "sort_every" ) ),
           _most_retries( input.at( "time" ).at( "retries" ) )
     {
-        auto& state = _scene.state;
-        state.affine_moment = scheme.affine_moment;
-        state.stencil_nodes = scheme.stencil_nodes;
-        if ( !scheme.positive_energy )
-            state.least_heat = -Kokkos::Experimental::infinity_v<Real>;
-        makeNodes();
     }
 
     //! Initial particles and modules. \throws InputError
@@ -209,13 +141,9 @@ class TimeLoop : public Simulation
         each( "set-up", Hook::particleState, &Module<Dim>::particleState );
         _particles =
             comm().sum( std::int64_t( _scene.state.particles.size() ) );
-        imbalance();
+        this->imbalance();
         survey( {} );
     }
-
-    State<Dim>& state() { return _scene.state; }
-    const State<Dim>& state() const { return _scene.state; }
-    EquationOfState<Dim>& gas() const { return *_scene.gas; }
 
     //! The images of the particles where they stand now.
     void mirrorParticles()
@@ -235,8 +163,6 @@ class TimeLoop : public Simulation
   private:
     //! \name What a method does
     //! @{
-    //! Allocates its node fields for the box that this rank has now.
-    virtual void layOutFields() = 0;
     //! Before anything else: rearranges particles.
     virtual void prepareParticles() = 0;
     //! Lines 2 to 4. Calls mirrorParticles if images of particles deposit.
@@ -249,71 +175,7 @@ class TimeLoop : public Simulation
     virtual double stableTimeStep() const = 0;
     //! Lines 6 to 10.
     virtual void gridToParticles() = 0;
-    //! Row of the first node that a particle at x sees.
-    virtual int firstRow( const Vector<Dim>& x ) const = 0;
-    //! Fields on the nodes, of particles whose pressures are known.
-    virtual GridData sampleNodes() const = 0;
     //! @}
-
-    const Communicator& comm() const
-    {
-        return _scene.state.decomposition.comm();
-    }
-
-    Ledger ledgerOfRanks() const
-    {
-        const auto& own = _scene.state.ledger;
-        const auto sums =
-            sumOfRanks( comm(), { own.mass_in, own.mass_out, own.energy_in } );
-        return { sums[0], sums[1], sums[2] };
-    }
-
-    //! Allocates the node fields of any method.
-    void makeNodes()
-    {
-        auto& state = _scene.state;
-        state.nodes.moment_sum =
-            makeNodeSum( "Machpoint::moments", state, _scheme.moment_columns );
-        state.nodes.moments = state.nodes.moment_sum.field();
-        state.nodes.velocities =
-            NodeView( "Machpoint::velocities", state.layout.total,
-                      _scheme.velocity_columns );
-        layOutImageWeight( state );
-        state.image_gaps = findImageGaps( state );
-    }
-
-    //! Makes all that hangs on this rank's box, for the box that it has now.
-    void layOut()
-    {
-        {
-            Profile::Phase phase( "balance" );
-            Machpoint::layOut( _scene );
-            makeNodes();
-            layOutFields();
-        }
-        each( "balance", Hook::layOut, &Module<Dim>::layOut );
-    }
-
-    //! Every few steps: moves the boxes where one has too many particles.
-    void balance()
-    {
-        auto& state = _scene.state;
-        if ( !_balancer.isDue( comm(), state.step ) )
-            return;
-        {
-            Profile::Phase phase( "balance" );
-            // A box must be wider than its halo.
-            Indices<Dim> fewest{};
-            for ( int d = 0; d < Dim; ++d )
-                fewest[d] = state.layout.halo[d] + 1;
-            if ( !_balancer.moveCuts( state.decomposition, state.grid,
-                                      state.particles, fewest ) )
-                return;
-        }
-        layOut();
-        migrateAll();
-        sortParticles();
-    }
 
     //! All that comes before the choice of dt: rearranged, checked and sorted
     //! particles.
@@ -336,222 +198,6 @@ class TimeLoop : public Simulation
             sortParticles();
         balance();
         keepLedger();
-    }
-
-    //! Keeps what is not of the particles for a step that is repeated.
-    void keepLedger()
-    {
-        const auto& state = _scene.state;
-        _saved_ledger = state.ledger;
-        _saved_time = state.time;
-        _saved_step = state.step;
-    }
-
-    //! Lines 2 to 10: from particles to particles, sides not yet applied.
-    void advance()
-    {
-        auto& state = _scene.state;
-        {
-            Profile::Phase phase( "guard" );
-            const Profile::Effect effect( "retries" );
-            // A reproducible sum asks particles twice for what they add, where
-            // they are at the step's start.
-            state.particles.beginStep( _most_retries > 0 ||
-                                       state.reproducible );
-        }
-        state.noted.clear( state.particles.size() );
-        {
-            Profile::Phase phase( "P2G" );
-            particlesToGrid(); // 2-4
-        }
-        each( "grid force", Hook::keepDeposit, &Module<Dim>::keepDeposit );
-        {
-            Profile::Phase phase( "grid" );
-            foldMoments();
-        }
-        // FLIP takes up only v' - v, so there v alone gives no impulse.
-        constrain( { state.nodes.velocities, 0, _scheme.affine,
-                     _scheme.lag_column } ); // eq. 7
-        {
-            Profile::Phase phase( "grid" );
-            advanceVelocities(); // 5
-        }
-        if ( state.step % stability_every == 0 )
-        {
-            Profile::Phase phase( "time step" );
-            _stable = stableTimeStep();
-        }
-        each( "grid force", Hook::gridForce, &Module<Dim>::gridForce );
-        applyImageWeight( state );
-        constrain( { state.nodes.velocities, Dim } ); // eq. 7
-        each( "grid work", Hook::gridWork, &Module<Dim>::gridWork );
-        accountForImageWeight( state );
-        {
-            Profile::Phase phase( "G2P" );
-            gridToParticles(); // 6-10
-        }
-        state.particles.endStep();
-        applySources();
-    }
-
-    void applySources()
-    {
-        Profile::Phase phase( "particle source" );
-        _has_sources = false;
-        withEach( Hook::particleSource,
-                  [&]( Module<Dim>& module )
-                  {
-                      if ( module.particleSource( _scene.state ) )
-                          _has_sources = true;
-                  } );
-    }
-
-    //! \name Particles that are marked go, others to the ranks that have their
-    //! cells
-    //! @{
-    //! All are looked at.
-    void migrateAll()
-    {
-        const Profile::Phase phase( "migration" );
-        auto& state = _scene.state;
-        _particles = state.particles.migrate(
-            comm(), state.decomposition.finder( state.grid ) );
-    }
-    //! Those of state.noted are.
-    void migrateNoted()
-    {
-        const Profile::Phase phase( "migration" );
-        auto& state = _scene.state;
-        _particles = state.particles.migrate(
-            comm(), state.decomposition.finder( state.grid ), state.noted );
-    }
-    //! @}
-
-    //! What is wrong with the gas on any rank: empty if nothing.
-    std::string findFault()
-    {
-        if ( _most_retries == 0 )
-            return {};
-        Profile::Phase phase( "guard" );
-        const Profile::Effect effect( "retries" );
-        auto& state = _scene.state;
-        if ( !isSuspected( state, Unsound ) && !_has_sources )
-            return describeWorst( state, Fault{} );
-        return describeWorst( state, Machpoint::findFault( state ) );
-    }
-
-    //! Returns to the start of the step. \throws NumericalFailure when a
-    //! shorter step has been tried often enough
-    void reject( const std::string& fault, const double part )
-    {
-        restore();
-        if ( part * std::ldexp( 1.0, _most_retries ) < 1.5 )
-            throw NumericalFailure( fault );
-        ++_retries;
-        each( "particle state", Hook::particleState,
-              &Module<Dim>::particleState );
-    }
-
-    //! Part of a step. Where it fails, the start of the step is the last good
-    //! state.
-    template <class Action>
-    void orTakeBack( const Action& action )
-    {
-        try
-        {
-            action();
-        }
-        catch ( const NumericalFailure& )
-        {
-            if ( _most_retries > 0 )
-                restore();
-            throw;
-        }
-    }
-
-    void restore()
-    {
-        auto& state = _scene.state;
-        state.particles.restore();
-        _particles = comm().sum( std::int64_t( state.particles.size() ) );
-        state.ledger = _saved_ledger;
-        state.time = _saved_time;
-        state.step = _saved_step;
-        for ( auto& active : _scene.modules )
-            call( active, "rejectStep",
-                  [&]( Module<Dim>& module ) { module.rejectStep( state ); } );
-    }
-
-    //! Calls action( module ) for the modules that have a hook of their own,
-    //! in the order of the input.
-    template <class Action>
-    void withEach( const Hook hook, const Action& action )
-    {
-        for ( const auto& active : _scene.modules )
-            if ( active.hooks.has( hook ) )
-                call( active, nameOf( hook ), action );
-    }
-    //! Calls action( module ). An error of the module tells whose it is; what
-    //! one rank has met alone ends them all. \param function of the module
-    template <class Action>
-    void call( const ActiveModule<Dim>& active, const char* function,
-               const Action& action )
-    {
-        const Profile::Effect effect( active.name );
-        auto where = [&]
-        {
-            return fmt::format( "{}, step {}", whereOf( active.name, function ),
-                                _scene.state.step );
-        };
-        try
-        {
-            naming( [&] { action( *active.module ); }, where );
-        }
-        catch ( const NumericalFailure& failure )
-        {
-            const auto text = fmt::format( "{} ({})", failure.what(), where() );
-            if ( !comm().allArrive() )
-                throw std::runtime_error( text );
-            throw NumericalFailure( text );
-        }
-    }
-    //! Calls their hook.
-    void each( const char* phase_name, const Hook which,
-               void ( Module<Dim>::*hook )( State<Dim>& ) )
-    {
-        const Profile::Phase phase( phase_name );
-        withEach( which, [&]( Module<Dim>& module )
-                  { ( module.*hook )( _scene.state ); } );
-    }
-
-    //! Leavers are looked for again where a module has moved others.
-    void applyBoundaries()
-    {
-        Profile::Phase phase( "particle boundaries" );
-        auto& state = _scene.state;
-        int seen = -1;
-        for ( const auto& active : _scene.modules )
-        {
-            if ( !active.hooks.has( Hook::applyToParticles ) )
-                continue;
-            if ( const int noted = state.noted.count(); noted != seen )
-            {
-                findLeavers();
-                seen = noted;
-            }
-            call( active, nameOf( Hook::applyToParticles ),
-                  [&]( Module<Dim>& module )
-                  { module.applyToParticles( state ); } );
-        }
-    }
-
-    //! New particles may be another rank's.
-    void inject()
-    {
-        auto& state = _scene.state;
-        const int n = state.particles.size();
-        each( "inject", Hook::inject, &Module<Dim>::inject );
-        noteFrom( n );
     }
 
     //! Largest time step that each module, and last the method, allows this
@@ -627,6 +273,15 @@ class TimeLoop : public Simulation
                              static_cast<Real>( largest[2] ) };
     }
 
+    //! Keeps what is not of the particles for a step that is repeated.
+    void keepLedger()
+    {
+        const auto& state = _scene.state;
+        _saved_ledger = state.ledger;
+        _saved_time = state.time;
+        _saved_step = state.step;
+    }
+
     //! dt = CFL h / max(c + |v|), or less where an effect asks for it.
     //! \param part of it, for a step that is repeated
     void chooseTimeStep( const double until, const double part )
@@ -668,104 +323,152 @@ class TimeLoop : public Simulation
         state.dt = dt;
     }
 
-    void sortParticles()
-    {
-        Profile::Phase phase( "sort" );
-        auto& state = _scene.state;
-        const auto& box = state.layout.box;
-        auto cells = cellsOf( state.particles.template slice<Position>(),
-                              state.grid, box );
-        if ( state.reproducible || !areNearlySorted( cells ) )
-        {
-            // Handed over, as the order needs the memory of the cells.
-            const auto bins =
-                Cabana::binByKey( std::exchange( cells, {} ), box.totalCells(),
-                                  0, state.particles.size() );
-            state.particles.permute( bins );
-            if ( state.reproducible )
-                checkCrowding( mostInCell( bins ) );
-        }
-        setSeams();
-    }
-
-    //! Gives each thread the nodes from the first that its particles see.
-    void setSeams()
-    {
-        if constexpr ( NodeSeams::has_threads )
-        {
-            const auto& state = _scene.state;
-            const auto x = state.particles.template slice<Position>();
-            const int n = state.particles.size();
-            const int share =
-                shareOf( countPacks( n ), loopThreads(), few_stencils<Dim> ) *
-                lane_count;
-            int first = 0;
-            for ( int t = 1; t < state.seams.threads(); ++t )
-            {
-                const int row =
-                    t * share < n ? firstRow( loadVector<Dim>( x, t * share ) )
-                                  : state.layout.total;
-                // A half may stand beyond the box, ahead of its cell's order.
-                first = std::max( first, row );
-                state.seams.set( t, first );
-            }
-        }
-    }
-
-    //! \throws NumericalFailure where a node has more terms than a reproducible
-    //! sum holds; half of them are for images, and what comes before the next
-    //! sort
-    void checkCrowding( const int own_most ) const
-    {
-        int limit = 1 << ( RoundedTerms::log2_terms - 1 );
-        for ( int d = 0; d < Dim; ++d )
-            limit /= _scheme.stencil_nodes;
-        const double most = comm().max( static_cast<double>( own_most ) );
-        if ( most > limit )
-            throw NumericalFailure( fmt::format(
-                "{} particles share a cell at step {}, and with reproducible "
-                "sums {} can: take fewer particles.per_cell, a larger "
-                "method.merge_volume, or reproducible false",
-                most, _scene.state.step, limit ) );
-    }
-
-  public:
-    //! Makes state.leavers, of what was noted. Public, as the next one, only
-    //! because nvcc wants the parent function of a device lambda to be
-    //! accessible.
-    void findLeavers()
+    //! Lines 2 to 10: from particles to particles, sides not yet applied.
+    void advance()
     {
         auto& state = _scene.state;
-        const auto x = state.particles.template slice<Position>();
-        const auto domain = domainBounds( state.grid );
-        state.leavers = state.noted.rows(
-            state.particles.size(), MACHPOINT_LAMBDA( const int p ) {
-                return domain.excludes( loadVector<Dim>( x, p ) );
-            } );
-        if ( !_scene.is_open )
-            return;
+        {
+            Profile::Phase phase( "guard" );
+            const Profile::Effect effect( "retries" );
+            // A reproducible sum asks particles twice for what they add, where
+            // they are at the step's start.
+            state.particles.beginStep( _most_retries > 0 ||
+                                       state.reproducible );
+        }
+        state.noted.clear( state.particles.size() );
+        {
+            Profile::Phase phase( "P2G" );
+            particlesToGrid(); // 2-4
+        }
+        each( "grid force", Hook::keepDeposit, &Module<Dim>::keepDeposit );
+        {
+            Profile::Phase phase( "grid" );
+            foldMoments();
+        }
+        // FLIP takes up only v' - v, so there v alone gives no impulse.
+        constrain( { state.nodes.velocities, 0, _scheme.affine,
+                     _scheme.lag_column } ); // eq. 7
+        {
+            Profile::Phase phase( "grid" );
+            advanceVelocities(); // 5
+        }
+        if ( state.step % stability_every == 0 )
+        {
+            Profile::Phase phase( "time step" );
+            _stable = stableTimeStep();
+        }
+        each( "grid force", Hook::gridForce, &Module<Dim>::gridForce );
+        applyImageWeight( state );
+        constrain( { state.nodes.velocities, Dim } ); // eq. 7
+        each( "grid work", Hook::gridWork, &Module<Dim>::gridWork );
+        accountForImageWeight( state );
+        {
+            Profile::Phase phase( "G2P" );
+            gridToParticles(); // 6-10
+        }
+        state.particles.endStep();
+        applySources();
+    }
+
+    void applySources()
+    {
+        Profile::Phase phase( "particle source" );
+        _has_sources = false;
+        withEach( Hook::particleSource,
+                  [&]( Module<Dim>& module )
+                  {
+                      if ( module.particleSource( _scene.state ) )
+                          _has_sources = true;
+                  } );
+    }
+
+    //! What is wrong with the gas on any rank: empty if nothing.
+    std::string findFault()
+    {
+        if ( _most_retries == 0 )
+            return {};
+        Profile::Phase phase( "guard" );
         const Profile::Effect effect( "retries" );
-        state.particles.keepIdentities( state.leavers );
+        auto& state = _scene.state;
+        if ( !isSuspected( state, Unsound ) && !_has_sources )
+            return describeWorst( state, Fault{} );
+        return describeWorst( state, Machpoint::findFault( state ) );
     }
 
-    //! Notes the particles from a row on, which have just entered.
-    void noteFrom( const int first )
+    //! Returns to the start of the step. \throws NumericalFailure when a
+    //! shorter step has been tried often enough
+    void reject( const std::string& fault, const double part )
     {
-        const auto noted = _scene.state.noted;
-        const int n = _scene.state.particles.size();
-        if ( n > first )
-            Kokkos::parallel_for(
-                "Machpoint::noteNew", Range( first, n ),
-                MACHPOINT_LAMBDA( const int p ) { noted.note( p ); } );
+        restore();
+        if ( part * std::ldexp( 1.0, _most_retries ) < 1.5 )
+            throw NumericalFailure( fault );
+        ++_retries;
+        each( "particle state", Hook::particleState,
+              &Module<Dim>::particleState );
     }
 
-  private:
-    Scheme _scheme;
-    Scene<Dim> _scene;
-    Balancer<Dim> _balancer;
+    void restore()
+    {
+        auto& state = _scene.state;
+        state.particles.restore();
+        _particles = comm().sum( std::int64_t( state.particles.size() ) );
+        state.ledger = _saved_ledger;
+        state.time = _saved_time;
+        state.step = _saved_step;
+        for ( auto& active : _scene.modules )
+            call( active, "rejectStep",
+                  [&]( Module<Dim>& module ) { module.rejectStep( state ); } );
+    }
+
+    //! Leavers are looked for again where a module has moved others.
+    void applyBoundaries()
+    {
+        Profile::Phase phase( "particle boundaries" );
+        auto& state = _scene.state;
+        int seen = -1;
+        for ( const auto& active : _scene.modules )
+        {
+            if ( !active.hooks.has( Hook::applyToParticles ) )
+                continue;
+            if ( const int noted = state.noted.count(); noted != seen )
+            {
+                findLeavers();
+                seen = noted;
+            }
+            call( active, nameOf( Hook::applyToParticles ),
+                  [&]( Module<Dim>& module )
+                  { module.applyToParticles( state ); } );
+        }
+    }
+
+    //! New particles may be another rank's.
+    void inject()
+    {
+        auto& state = _scene.state;
+        const int n = state.particles.size();
+        each( "inject", Hook::inject, &Module<Dim>::inject );
+        noteFrom( n );
+    }
+
+    //! Part of a step. Where it fails, the start of the step is the last good
+    //! state.
+    template <class Action>
+    void orTakeBack( const Action& action )
+    {
+        try
+        {
+            action();
+        }
+        catch ( const NumericalFailure& )
+        {
+            if ( _most_retries > 0 )
+                restore();
+            throw;
+        }
+    }
+
     int _sort_every;
     int _most_retries;
-    std::int64_t _particles = 0; // on all ranks
     std::int64_t _retries = 0;
     bool _has_sources = false; // after G2P, in this step
     //! \name Over all ranks, before the step
