@@ -11,9 +11,11 @@ import unittest
 import unittest.mock
 
 TOOL = pathlib.Path(__file__).resolve().parent.parent / "tools" / "gpu_check"
-sys.path.insert(0, str(TOOL.parent))
+sys.path.insert(0, str(TOOL.parent / "gpu_stages"))
 
-import gpu_check
+from check import STAGES, Check
+from comparisons import SUMMARY
+from measurements import METRICS
 
 
 class Scratch(unittest.TestCase):
@@ -87,7 +89,7 @@ class CommandLine(Scratch):
     def test_dry_run(self):
         result = self.run_tool("--dry-run")
         self.assertEqual(result.returncode, 0, result.stderr)
-        for stage in gpu_check.STAGES:
+        for stage in STAGES:
             self.assertIn(f"gpu_check: {stage}\n", result.stdout)
         self.assertIn("--preset cuda", result.stdout)
         self.assertIn("build/gpu_check/cuda", result.stdout)
@@ -96,7 +98,7 @@ class CommandLine(Scratch):
     def test_a_dry_run_keeps_what_is_there(self):
         out = self.folder / "out"
         out.mkdir()
-        names = [*(f"{stage}.log" for stage in gpu_check.STAGES), "ctest.xml",
+        names = [*(f"{stage}.log" for stage in STAGES), "ctest.xml",
                  "kernels.json", "ncu.csv"]
         for name in names:
             (out / name).write_text("of an earlier call")
@@ -108,7 +110,7 @@ class CommandLine(Scratch):
 class Stages(Scratch):
 
     def check(self, **options):
-        return gpu_check.Check(argparse.Namespace(**dict(
+        return Check(argparse.Namespace(**dict(
             dict(preset="cuda", reference="openmp", output=self.folder,
                  limit=60, quick=True, dry_run=False, set=[], others=[]),
             **options)))
@@ -156,7 +158,7 @@ class Stages(Scratch):
 
     def test_summaries_alone_are_no_particles(self):
         bare = {"precision": "double", "particle_updates_per_second": 1,
-                **dict.fromkeys(gpu_check.SUMMARY, {"same": 1})}
+                **dict.fromkeys(SUMMARY, {"same": 1})}
         check = self.check()
         check.has_hdf5 = lambda: True
         check.summary_of = lambda *_: bare
@@ -176,7 +178,7 @@ class Stages(Scratch):
              "errors": {"density": {"L1": 1e-3}},
              "extrema": {"min_density": 0.5}}
         b = json.loads(json.dumps(a))
-        difference = gpu_check.Check.difference_of_summaries
+        difference = Check.difference_of_summaries
         self.assertEqual(difference(a, b)[0], 0)
         b["errors"]["density"]["L1"] *= 1 + 1e-6
         worst, where = difference(a, b)
@@ -184,12 +186,12 @@ class Stages(Scratch):
         self.assertEqual(where, "errors/density/L1")
 
     def test_a_kernel_counts_as_it_was_run_last(self):
-        head = ["ID", "Kernel Name", *gpu_check.METRICS.values()]
+        head = ["ID", "Kernel Name", *METRICS.values()]
         lines = ["==PROF== Connected", *[
             ",".join(f'"{cell}"' for cell in row) for row in [
-                head, ["", "", *["unit"] * len(gpu_check.METRICS)],
-                ["0", "step", *["1"] * len(gpu_check.METRICS)],
-                ["1", "other", *["1"] * len(gpu_check.METRICS)],
+                head, ["", "", *["unit"] * len(METRICS)],
+                ["0", "step", *["1"] * len(METRICS)],
+                ["1", "other", *["1"] * len(METRICS)],
                 ["2", "step", "2,500", *["7.5"] * 8]]]]
         names = {"step": "void run<Kokkos::ParallelFor<Machpoint::Impl::Turns<"
                          "void Machpoint::Impl::gatherParticles<"
@@ -198,7 +200,7 @@ class Stages(Scratch):
         text = "\n".join(lines)
         for short, name in names.items():
             text = text.replace(f'"{short}"', f'"{name}"')
-        found = gpu_check.Check.kernels_of(text)
+        found = Check.kernels_of(text)
         self.assertEqual(len(found), 1, found)
         (kernel, numbers), = found.items()
         self.assertIn("gatherParticles<Quadratic, 2>", kernel)

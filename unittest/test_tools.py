@@ -20,7 +20,7 @@ PROGRAMS = [path.parent if path.name == "__main__.py" else path
                                 BENCHMARKS / "price.py",
                                 BENCHMARKS / "hard_cases/ablation.py",
                                 BENCHMARKS / "kernels/pairs.py",
-                                TOOLS / "gpu_check.py"])]
+                                TOOLS / "gpu_stages/__main__.py"])]
 
 
 class Help(unittest.TestCase):
