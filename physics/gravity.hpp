@@ -6,6 +6,7 @@
 #define MACHPOINT_GRAVITY_HPP
 
 #include <core/flow_facts.hpp>
+#include <core/module.hpp>
 #include <core/node_force.hpp>
 
 #include <fmt/format.h>
