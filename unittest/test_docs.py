@@ -7,10 +7,10 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-FOLDERS = ["", "docs", "benchmarks", "core", "examples", "input", "tools", "unittest"]
-DOCUMENTS = sorted({path for folder in FOLDERS
-                    for path in [*(ROOT / folder).glob("*.md"),
-                                 *(ROOT / folder).glob("*/*.md" if folder else "*.md")]})
+FOLDERS = ["docs", "benchmarks", "core", "examples", "input", "tools", "unittest"]
+DOCUMENTS = sorted([*ROOT.glob("*.md"),
+                    *(path for folder in FOLDERS
+                      for path in (ROOT / folder).rglob("*.md"))])
 # These tell of the past, too.
 HISTORIES = ["CHANGELOG.md", "performance_tried.md"]
 
