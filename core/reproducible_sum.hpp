@@ -183,14 +183,17 @@ sumOfRanks( const Communicator& comm, const std::vector<ReproducibleSum>& own )
 
 } // namespace Machpoint
 
+namespace Kokkos
+{
 //! Lets several of them be reduced in one kernel.
 template <>
-struct Kokkos::reduction_identity<Machpoint::ReproducibleSum>
+struct reduction_identity<Machpoint::ReproducibleSum>
 {
     KOKKOS_FORCEINLINE_FUNCTION static Machpoint::ReproducibleSum sum()
     {
         return {};
     }
 };
+} // namespace Kokkos
 
 #endif

@@ -451,7 +451,7 @@ class Shape
     }
 };
 
-#ifndef KOKKOS_ENABLE_CUDA
+#if !defined( KOKKOS_ENABLE_CUDA ) && !defined( DOXYGEN )
 // On a host, compiled once and as kernels are (cmake/modules.cpp.in), whoever
 // else asks. A kernel of a GPU needs it in its own unit.
 extern template Nearest<1>
