@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <initializer_list>
 #include <system_error>
 
 namespace fs = std::filesystem;
@@ -17,22 +18,23 @@ namespace fs = std::filesystem;
 namespace Machpoint
 {
 
-void requireNoRun( const fs::path& directory, const char* remedy )
+namespace
 {
-    for ( const auto* name :
-          { "summary.json", "particles", "grid", "checkpoints" } )
+// Refuses a directory that holds one of the names. \param what they belong to
+void requireNone( const fs::path& directory, const char* what,
+                  const std::initializer_list<const char*> names,
+                  const char* remedy )
+{
+    for ( const auto* name : names )
     {
         std::error_code error; // of a place that nobody may look at
         if ( fs::exists( directory / name, error ) )
             throw IoError( fmt::format(
-                "{}: holds another run ({} exists); {} another directory with "
+                "{}: holds {} ({} exists); {} another directory with "
                 "--output DIR",
-                directory.string(), name, remedy ) );
+                directory.string(), what, name, remedy ) );
     }
 }
-
-namespace
-{
 
 //---------------------------------------------------------------------------//
 // What a former run wrote.
@@ -106,6 +108,8 @@ DirectoryLock takeDirectory( const fs::path& directory, const FormerRun former )
 {
     makeDirectory( directory );
     DirectoryLock lock( directory );
+    // (Its study.json may as well be somebody's input.)
+    requireNone( directory, "a study", { "study.csv" }, "choose" );
     if ( former == FormerRun::refuse )
         requireNoRun( directory, "pass --overwrite to replace it, or choose" );
     const auto probe = directory / "machpoint_probe";
@@ -203,6 +207,13 @@ void require( bool condition, const std::string& what )
 }
 
 } // end anonymous namespace
+
+void requireNoRun( const fs::path& directory, const char* remedy )
+{
+    requireNone( directory, "another run",
+                 { "summary.json", "particles", "grid", "checkpoints" },
+                 remedy );
+}
 
 //---------------------------------------------------------------------------//
 

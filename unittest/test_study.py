@@ -149,6 +149,19 @@ class Rows(StudyTest):
                           shown)
             self.assertEqual(self.result(), before)
 
+    def test_a_run_does_not_take_a_studys_directory(self):
+        self.study(self.write(vary=MATRIX, repeats=1))
+        before = sorted(self.output.iterdir())
+        for option in ([], ["--overwrite"]):
+            run = subprocess.run(
+                [EXECUTABLE, "run", str(INPUTS / "sod.json"), "--output",
+                 str(self.output), *option],
+                capture_output=True, text=True, timeout=120, env=ONE_THREAD)
+            self.assertEqual(run.returncode, IO_FAILURE, run.stdout + run.stderr)
+            self.assertIn(f"{self.output}: holds a study (study.csv exists); choose "
+                          "another directory", run.stderr)
+            self.assertEqual(sorted(self.output.iterdir()), before)
+
     def test_what_met_no_memory_is_tried_again(self):
         path = self.write(vary=MATRIX, repeats=1)
         self.study(path)

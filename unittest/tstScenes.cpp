@@ -647,9 +647,7 @@ TEST( Wall, isAPlaneOfSymmetry )
     {
         auto input = box( 2, 24, 2, "conservative", "quadratic", "slip_wall" );
         addViscosity( input );
-        // Pairs go by ids, and halves keep off the wall.
-        input["method"]["merge_volume"] = 0;
-        input["method"]["split_volume"] = 0;
+        input["method"]["split_volume"] = 0; // halves keep off the wall
         input["method"]["blend"] = 0;
         input["method"]["blend_in_compression"] = 0;
         auto& initial = input["initial"];

@@ -50,8 +50,8 @@ class HalfStep
           _is_taken( state.drift != nullptr ),
           _x( state.particles.template slice<Position>() ),
           _v( state.particles.template slice<Velocity>() ),
-          _V( state.particles.template slice<Volume>() ),
-          _C( state.particles.template slice<VelocityGradient>() ),
+          _old_V( state.particles.template slice<Volume>() ),
+          _old_C( state.particles.template slice<VelocityGradient>() ),
           _e( state.particles.template slice<SpecificInternalEnergy>() ),
           _extra( sliceOfDrift<ExtraVelocity>( state ) ),
           _expansion( sliceOfDrift<LastExpansion>( state ) ),
@@ -85,7 +85,7 @@ class HalfStep
                                                   Lanes& expansion ) const
     {
         x = loadVector<Dim>( _x, p );
-        const Lanes volume_before = volume = load( _V, p );
+        const Lanes volume_before = volume = load( _old_V, p );
         expansion = Lanes( 0.0 );
         if ( !_is_taken )
             return volume_before;
@@ -106,7 +106,7 @@ class HalfStep
                 const Lanes factor = slopeFactor<Basis>( moment, moment_new );
                 for ( int a = 0; a < Dim; ++a )
                 {
-                    const Lanes slope = load( _C, p, a, b );
+                    const Lanes slope = load( _old_C, p, a, b );
                     const Lanes kept = asDeviation( slope * factor );
                     store( _next_C, kept, p, a, b );
                     heat += 0.5_rt * ( slope * slope * moment -
@@ -139,8 +139,8 @@ class HalfStep
     bool _is_taken;
     Old<Position> _x;
     Old<Velocity> _v;
-    Old<Volume> _V;
-    Old<VelocityGradient> _C;
+    Old<Volume> _old_V;
+    Old<VelocityGradient> _old_C;
     Old<SpecificInternalEnergy> _e;
     Drift<ExtraVelocity> _extra;
     Drift<LastExpansion> _expansion;

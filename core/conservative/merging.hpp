@@ -152,8 +152,44 @@ struct Merging
         return e( p ) - reference * V( p ) / m( p );
     }
 
-    //! The nearest of rows [begin, end) of `particles` that p may merge with;
-    //! -1: none.
+    /*!
+      \brief How far from its cell's centre p is along each axis, to 1/1024 of a
+      cell, as one number.
+
+      The largest comes first, so that a particle's images, in whichever sides
+      of the cell or diagonals, have the same.
+    */
+    KOKKOS_INLINE_FUNCTION int placeOf( const int p ) const
+    {
+        int distance[Dim];
+        for ( int d = 0; d < Dim; ++d )
+        {
+            const Real place = ( x( p, d ) - grid.lower[d] ) / grid.spacing[d];
+            const Real from_center =
+                Kokkos::abs( place - Kokkos::floor( place ) - 0.5_rt );
+            const int next =
+                static_cast<int>( Kokkos::round( 1024 * from_center ) );
+            int k = d;
+            for ( ; k > 0 && distance[k - 1] < next; --k )
+                distance[k] = distance[k - 1];
+            distance[k] = next;
+        }
+        int place = 0;
+        for ( int d = 0; d < Dim; ++d )
+            place = 1024 * place + distance[d];
+        return place;
+    }
+    //! Does p choose its partner ahead of q of the same half-cell? Neither the
+    //! order in memory decides, nor which of its sides a mirrored gas is on.
+    KOKKOS_INLINE_FUNCTION bool isAhead( const int p, const int q ) const
+    {
+        const int place_p = placeOf( p );
+        const int place_q = placeOf( q );
+        return place_p != place_q ? place_p < place_q : id( p ) < id( q );
+    }
+
+    //! The nearest of rows [begin, end) of `particles` that p may merge with,
+    //! the first of equally near ones; -1: none.
     KOKKOS_INLINE_FUNCTION int partnerOf( const int p,
                                           const IndexList& particles,
                                           const int begin, const int end ) const
@@ -260,7 +296,8 @@ struct Merging
 };
 
 /*!
-  \brief Merges the nearest pairs of similar small particles of a half-cell.
+  \brief Merges pairs of similar small particles of a half-cell: one after the
+  other takes the nearest that is left (Merging::isAhead).
 
   Mass-weighted x, v, C and e; volumes add. The relative velocity goes into C
   where that does not raise the kinetic energy, and what is lost of
@@ -315,15 +352,12 @@ void mergeParticles( State<Dim>& state, const PressureResponse& response,
             int end = begin + 1;
             while ( end < small && keyOf( end ) == key )
                 ++end;
-            // Pairs must not depend on the order in memory, so ids order them.
             for ( int i = begin; i < end; ++i )
             {
                 const int p =
                     rows( static_cast<int>( order.permutation( i ) ) );
                 int j = i;
-                for ( ;
-                      j > begin && pairs.id( ordered( j - 1 ) ) > pairs.id( p );
-                      --j )
+                for ( ; j > begin && pairs.isAhead( p, ordered( j - 1 ) ); --j )
                     ordered( j ) = ordered( j - 1 );
                 ordered( j ) = p;
             }
