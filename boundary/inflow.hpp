@@ -9,6 +9,8 @@
 #include <boundary/stream.hpp>
 #include <core/node_list.hpp>
 
+#include <algorithm>
+
 namespace Machpoint
 {
 
@@ -136,25 +138,19 @@ class Inflow : public SideBoundary<Dim>
                                                : _stream.velocity[axis];
         const double before = _advanced;
         _advanced += speed * state.dt;
-        const auto first = static_cast<std::int64_t>( before / h );
-        const auto last = static_cast<std::int64_t>( _advanced / h );
-        int side_cells = 1;
-        for ( int d = 0; d < Dim; ++d )
-            if ( d != axis )
-                side_cells *= state.grid.cells[d];
-        const int candidates =
-            static_cast<int>( last - first + 1 ) * side_cells * state.per_cell;
-        const Pattern pattern{ state.grid,
-                               state.placement,
-                               latticeSize( state.per_cell, Dim ),
-                               state.per_cell,
-                               side_cells,
-                               state.seed,
-                               this->_part,
-                               first };
-        const auto entering = _entering.take( candidates );
         const double after = _advanced;
+        const auto first = static_cast<std::int64_t>( before / h );
+        const auto last = static_cast<std::int64_t>( after / h );
+        const int slabs = static_cast<int>( last - first + 1 );
         const auto box = state.layout.box;
+        const bool is_near =
+            this->_part.upper() ? box.end[axis] > state.grid.cells[axis] - slabs
+                                : box.begin[axis] < slabs;
+        if ( !is_near )
+            return; // what enters is another rank's
+        const Pattern pattern( state, this->_part, first );
+        const int candidates = slabs * pattern.own_cells * state.per_cell;
+        const auto entering = _entering.take( candidates );
         const auto bodies = state.bodies;
         const int count = scanEach(
             "Machpoint::findEntering", candidates, few_particles,
@@ -207,29 +203,70 @@ class Inflow : public SideBoundary<Dim>
     }
 
     //! The frozen gas upstream, cell by cell. Candidate k is particle
-    //! k % per_cell of cell k / per_cell, slab after slab.
+    //! k % per_cell of cell k / per_cell, slab after slab; of a slab each rank
+    //! counts its own cells, and the next ones, lest any be lost by rounding.
     struct Pattern
     {
         Grid<Dim> grid; //!< the whole domain
         Placement placement;
-        int q;          //!< particles along an axis of a cell; see placeInCell
-        int per_cell;   //!< particles of a cell
-        int side_cells; //!< cells of the whole side
-        std::uint64_t seed;      //!< of the random places
-        SidePart<Dim> part;      //!< where they enter
-        std::int64_t first_slab; //!< that of candidate 0
+        int q;              //!< particles along an axis of a cell; placeInCell
+        int per_cell;       //!< particles of a cell
+        std::uint64_t seed; //!< of the random places
+        SidePart<Dim> part; //!< where they enter
+        std::int64_t first_slab;     //!< that of candidate 0
+        std::int64_t side_cells = 1; //!< of the whole side
+        int own_cells = 1;           //!< those of a slab that count here
+        Indices<Dim> begin{};        //!< the first of them
+        Indices<Dim> count{};        //!< how many, along each axis
+
+        Pattern( const State<Dim>& state, const SidePart<Dim>& side_part,
+                 const std::int64_t first )
+            : grid( state.grid ), placement( state.placement ),
+              q( latticeSize( state.per_cell, Dim ) ),
+              per_cell( state.per_cell ), seed( state.seed ), part( side_part ),
+              first_slab( first )
+        {
+            const auto& box = state.layout.box;
+            for ( int d = 0; d < Dim; ++d )
+            {
+                if ( d == part.axis() )
+                    continue;
+                begin[d] = std::max( box.begin[d] - 1, 0 );
+                count[d] = std::min( box.end[d] + 1, grid.cells[d] ) - begin[d];
+                side_cells *= grid.cells[d];
+                own_cells *= count[d];
+            }
+        }
 
         //! Layer of cells, counted upstream from the side as the run starts.
         KOKKOS_INLINE_FUNCTION std::int64_t slab( const int k ) const
         {
-            return first_slab + k / ( per_cell * side_cells );
+            return first_slab + k / ( per_cell * own_cells );
+        }
+        //! Its cell in the slab; 0 along the axis.
+        KOKKOS_INLINE_FUNCTION Indices<Dim> cell( const int k ) const
+        {
+            int t = ( k / per_cell ) % own_cells;
+            Indices<Dim> i{};
+            for ( int d = 0; d < Dim; ++d )
+                if ( d != part.axis() )
+                {
+                    i[d] = begin[d] + t % count[d];
+                    t /= count[d];
+                }
+            return i;
         }
         //! What ids and random places count: slabs are numbered away from the
         //! side, sides apart from each other and from the domain's own cells.
         KOKKOS_INLINE_FUNCTION std::int64_t cellNumber( const int k ) const
         {
+            const auto i = cell( k );
+            std::int64_t number = 0;
+            for ( int d = Dim - 1; d >= 0; --d )
+                if ( d != part.axis() )
+                    number = number * grid.cells[d] + i[d];
             return ( ( part.side + 1ll ) << 44 ) + slab( k ) * side_cells +
-                   ( k / per_cell ) % side_cells;
+                   number;
         }
         //! The same whenever, and on whatever rank, the particle enters.
         KOKKOS_INLINE_FUNCTION std::int64_t id( const int k ) const
@@ -256,15 +293,11 @@ class Inflow : public SideBoundary<Dim>
         {
             const auto f = fraction( k );
             const int axis = part.axis();
-            int t = ( k / per_cell ) % side_cells;
+            const auto i = cell( k );
             Vector<Dim> x{};
             for ( int d = 0; d < Dim; ++d )
                 if ( d != axis )
-                {
-                    x[d] = grid.lower[d] +
-                           ( t % grid.cells[d] + f[d] ) * grid.spacing[d];
-                    t /= grid.cells[d];
-                }
+                    x[d] = grid.lower[d] + ( i[d] + f[d] ) * grid.spacing[d];
             const Real inside = static_cast<Real>( advanced - depth( k ) );
             x[axis] = part.upper()
                           ? Kokkos::min( grid.upper[axis] - inside,

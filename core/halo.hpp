@@ -41,31 +41,42 @@ class Halo
         : _layout( layout ), _kinds( kinds ),
           _exchange( layout, decomposition.comm() )
     {
+        requireWideBoxes( layout, decomposition );
         bool is_cut = false;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            if ( decomposition.ranks()[d] == 1 )
+                continue;
+            is_cut = true;
+            connect( d, decomposition );
+            if ( decomposition.fewestCells( d ) < 2 * ( layout.halo[d] + 1 ) )
+                _is_thin = true;
+        }
+        _outer =
+            is_cut ? NodeRows( listOuterRows() ) : NodeRows( layout.total );
+    }
+
+    //! \throws std::invalid_argument when a box is thinner than the halo
+    static void requireWideBoxes( const NodeLayout<Dim>& layout,
+                                  const Decomposition<Dim>& decomposition )
+    {
         for ( int d = 0; d < Dim; ++d )
         {
             const int needed = layout.halo[d] + 1;
             const bool cut = decomposition.ranks()[d] > 1;
             const int cells =
                 cut ? decomposition.fewestCells( d ) : layout.cells[d];
-            if ( cells < needed )
-                throw std::invalid_argument(
-                    "axis " + std::to_string( d ) +
-                    ( cut ? " is cut into boxes of " + std::to_string( cells ) +
-                                " cells: at least " + std::to_string( needed ) +
-                                " are needed; start fewer ranks, choose other "
-                                "decomposition.ranks, or take more cells"
-                          : " has too few cells for this basis: at least " +
-                                std::to_string( needed ) + " are needed" ) );
-            if ( !cut )
+            if ( cells >= needed )
                 continue;
-            is_cut = true;
-            connect( d, decomposition );
-            if ( cells < 2 * needed )
-                _is_thin = true;
+            throw std::invalid_argument(
+                "axis " + std::to_string( d ) +
+                ( cut ? " is cut into boxes of " + std::to_string( cells ) +
+                            " cells: at least " + std::to_string( needed ) +
+                            " are needed; start fewer ranks, choose other "
+                            "decomposition.ranks, or take more cells"
+                      : " has too few cells: at least " +
+                            std::to_string( needed ) + " are needed" ) );
         }
-        _outer =
-            is_cut ? NodeRows( listOuterRows() ) : NodeRows( layout.total );
     }
 
     //! Number of nodes on a side with normal `axis`, halo included.

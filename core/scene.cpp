@@ -125,14 +125,7 @@ Halo<Dim> makeHalo( const Scene<Dim>& scene )
         }
         Kokkos::deep_copy( kinds[side], host );
     }
-    try
-    {
-        return Halo<Dim>( layout, kinds, state.decomposition );
-    }
-    catch ( const std::invalid_argument& error )
-    {
-        throw InputError( { fmt::format( "/grid/cells: {}", error.what() ) } );
-    }
+    return Halo<Dim>( layout, kinds, state.decomposition );
 }
 
 template <std::size_t K = 0>
@@ -234,6 +227,18 @@ template <int Dim>
 void layOut( Scene<Dim>& scene )
 {
     scene.state.layout = layOutNodes( scene );
+    try
+    {
+        Halo<Dim>::requireWideBoxes( scene.state.layout,
+                                     scene.state.decomposition );
+    }
+    catch ( const std::invalid_argument& error )
+    {
+        throw InputError( { fmt::format(
+            "/grid/cells: {}{}", error.what(),
+            imageReach( scene ) > 0 ? " (fewer with less image_reach of bodies)"
+                                    : "" ) } );
+    }
     scene.state.halo = makeHalo( scene );
 }
 

@@ -74,10 +74,7 @@ class TimeLoop : public SceneRun<Dim>
     void surveyExtrema() override
     {
         _scene.gas->particleState( _scene.state );
-        const auto& own = _scene.state.survey.extrema;
-        takeIn( comm().max( std::vector<double>{
-            -own.min_density, -own.min_specific_internal_energy,
-            own.max_mach } ) );
+        surveyRanks( {} );
     }
     std::int64_t retries() const override { return _retries; }
     void checkpoint( Archive& archive ) override
@@ -227,14 +224,15 @@ class TimeLoop : public SceneRun<Dim>
       \brief Is the gas sound, how fast is it, what are its extremes? One
       reduction tells all ranks all of it.
       \param limits of the time step, this rank's
+      \return of all ranks: fastest, and behind it the limits
     */
-    void survey( const std::vector<double>& limits )
+    std::vector<double> surveyRanks( const std::vector<double>& limits )
     {
         const auto& found = _scene.state.survey;
         const auto& own = found.extrema;
         std::vector<double> largest = {
-            found.broken >= 0 ? 1.0 : 0.0, found.fastest, -own.min_density,
-            -own.min_specific_internal_energy, own.max_mach };
+            found.broken >= 0 ? 1.0 : 0.0, -own.min_density,
+            -own.min_specific_internal_energy, own.max_mach, found.fastest };
         for ( const double limit : limits )
             largest.push_back( -limit );
         largest = comm().max( largest );
@@ -249,11 +247,21 @@ class TimeLoop : public SceneRun<Dim>
                 restore();
             throw NumericalFailure( fault );
         }
-        _fastest = largest[1];
-        takeIn( { largest[2], largest[3], largest[4] } );
+        _extrema += Extrema{ static_cast<Real>( -largest[1] ),
+                             static_cast<Real>( -largest[2] ),
+                             static_cast<Real>( largest[3] ) };
+        return { largest.begin() + 4, largest.end() };
+    }
+
+    //! Surveys the gas at a step's start. \param limits of the time step, this
+    //! rank's
+    void survey( const std::vector<double>& limits )
+    {
+        const auto found = surveyRanks( limits );
+        _fastest = found[0];
         _limits.clear();
-        for ( std::size_t k = 5; k < largest.size(); ++k )
-            _limits.push_back( -largest[k] );
+        for ( std::size_t k = 1; k < found.size(); ++k )
+            _limits.push_back( -found[k] );
         // The last one is the method's.
         for ( std::size_t k = 0; k + 1 < _limits.size(); ++k )
             if ( _limits[k] <= 0 )
@@ -263,14 +271,6 @@ class TimeLoop : public SceneRun<Dim>
                     "at the gas that it sees",
                     _scene.modules[k].name, _scene.state.step,
                     _scene.state.time ) );
-    }
-
-    //! \param largest of all ranks: -density, -energy, Mach number
-    void takeIn( const std::vector<double>& largest )
-    {
-        _extrema += Extrema{ static_cast<Real>( -largest[0] ),
-                             static_cast<Real>( -largest[1] ),
-                             static_cast<Real>( largest[2] ) };
     }
 
     //! Keeps what is not of the particles for a step that is repeated.

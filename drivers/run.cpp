@@ -324,6 +324,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     {
         Profile::Phase phase( "output" );
         const Traffic::Timer activity( Activity::output );
+        simulation->surveyExtrema(); // nothing broken gets into a file
         if ( writes_particles )
             directory.writeParticles(
                 simulation->steps(), simulation->time(),
@@ -340,6 +341,7 @@ ExitCode run( const Json& input, const RunOptions& options )
         for ( const auto* series : simulation->series() )
             directory.writeSeries( "series/" + series->name + ".csv",
                                    series->columns, series->rows );
+        written = simulation->steps();
     };
 
     if ( restart )
@@ -360,7 +362,6 @@ ExitCode run( const Json& input, const RunOptions& options )
     else
     {
         write();
-        written = simulation->steps();
     }
     const double seconds_before = facts.wall_seconds;
     ExitCode code = finished;
@@ -372,6 +373,7 @@ ExitCode run( const Json& input, const RunOptions& options )
     {
         Profile::Phase phase( "checkpoint" );
         const Traffic::Timer activity( Activity::output );
+        simulation->surveyExtrema();
         facts.wall_seconds = seconds_before + timer.seconds();
         facts.particle_updates = progress.updates();
         Archive archive;
@@ -408,7 +410,6 @@ ExitCode run( const Json& input, const RunOptions& options )
             {
                 outputs.pass();
                 write();
-                written = simulation->steps();
             }
             const auto request = requests.next( *simulation );
             if ( request == Request::checkpoint && can_keep )
@@ -432,6 +433,8 @@ ExitCode run( const Json& input, const RunOptions& options )
             keep();
         if ( code == stopped_early )
             requests.finish();
+        if ( written != simulation->steps() )
+            write();
     }
     catch ( const NumericalFailure& failure )
     {
@@ -439,19 +442,18 @@ ExitCode run( const Json& input, const RunOptions& options )
         // broken, and the last output is the last good state.
         if ( input.at( "time" ).at( "retries" ) > 0 &&
              written != simulation->steps() )
-        {
             write();
-            written = simulation->steps();
-        }
         if ( ranks.isRoot() )
-            tell( "\nmachpoint: {}\nThe last good state, that of step {}, is "
-                  "in {}\n",
-                  failure.what(), written, directory.path().string() );
+            tell( "\nmachpoint: {}\n{}\n", failure.what(),
+                  written < 0
+                      ? fmt::format( "It went on from {}, the last good state",
+                                     restart->file.string() )
+                      : fmt::format( "The last good state, that of step {}, "
+                                     "is in {}",
+                                     written, directory.path().string() ) );
         code = numerical_failure;
     }
     progress.show( *simulation, true );
-    if ( code != numerical_failure && written != simulation->steps() )
-        write();
     facts.process_seconds = timer.seconds();
     facts.wall_seconds = seconds_before + facts.process_seconds;
     facts.traffic = Traffic::upToNow();
@@ -459,8 +461,6 @@ ExitCode run( const Json& input, const RunOptions& options )
     if ( exact && code != numerical_failure )
         facts.errors = measureErrors( simulation->particleData(), *exact, input,
                                       simulation->time() );
-    if ( code != numerical_failure )
-        simulation->surveyExtrema();
     Json summary = makeSummary( *simulation, input, facts );
     // Also written before companion runs: this run is done, whatever they meet.
     directory.writeSummary( summary.dump( 2 ) + "\n" );

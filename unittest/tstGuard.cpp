@@ -387,6 +387,27 @@ TEST( Guard, aSeriesEndsWithTheLastGoodState )
         }
 }
 
+// What broke in a run's last step, after its check or without one, is found
+// where the state is asked for.
+TEST( Guard, findsWhatBrokeInTheLastStep )
+{
+    for ( const int retries : { 10, 0 } )
+    {
+        auto input = sabotaged(
+            "apic", { { "fault", "nan" }, { "late", retries > 0 } } );
+        input["time"]["retries"] = retries;
+        auto run = simulate( input );
+        advance( *run, 20 );
+        EXPECT_NO_THROW( run->surveyExtrema() );
+        advance( *run, 1 );
+        EXPECT_EQ( run->steps(), 21 );
+        EXPECT_THROW( run->surveyExtrema(), NumericalFailure );
+        EXPECT_EQ( run->steps(), retries > 0 ? 20 : 21 );
+        if ( retries > 0 )
+            EXPECT_NO_THROW( run->surveyExtrema() );
+    }
+}
+
 // Without retries nothing is copied and nothing checked after the step.
 TEST( Guard, canBeSwitchedOff )
 {

@@ -16,8 +16,8 @@ namespace Machpoint
 namespace Impl
 {
 
-//! Volume before a particle drifts for `time` over that after it: 1 - time D,
-//! so that neither P2G nor G2P has to divide by it.
+//! Volume before a particle drifts for `time` over that after it: 1 - time D-bar
+//! of the last step, so that neither P2G nor G2P has to divide by it.
 KOKKOS_FORCEINLINE_FUNCTION Lanes driftFactor( const Real time,
                                                const Lanes& last_expansion )
 {
@@ -26,7 +26,7 @@ KOKKOS_FORCEINLINE_FUNCTION Lanes driftFactor( const Real time,
 
 /*!
   \brief Half a step of motion and expansion at the rates of the last step:
-  x += dt/2 U, V /= 1 - dt/2 D.
+  x += dt/2 U, V /= 1 - dt/2 D-bar (docs/conservative.md, section 1).
 
   Transfer, force and work then act at the half step, which makes the step
   second order in any dimension; see gatherParticles for the other half. A

@@ -8,6 +8,7 @@
 
 #include <core/basis.hpp>
 #include <core/conservative/history.hpp>
+#include <core/soundness.hpp>
 
 #include <Kokkos_Bitset.hpp>
 
@@ -149,7 +150,7 @@ struct Merging
     //! What of e depends on the temperature alone.
     KOKKOS_INLINE_FUNCTION Real heat( const int p ) const
     {
-        return e( p ) - reference * V( p ) / m( p );
+        return heatOf<Real>( e( p ), V( p ), m( p ), reference );
     }
 
     /*!
