@@ -16,8 +16,8 @@ namespace Machpoint
 namespace Impl
 {
 
-//! Volume before a particle drifts for `time` over that after it: 1 - time D-bar
-//! of the last step, so that neither P2G nor G2P has to divide by it.
+//! Volume before a particle drifts for `time` over that after it: 1 - time
+//! D-bar of the last step, so that neither P2G nor G2P has to divide by it.
 KOKKOS_FORCEINLINE_FUNCTION Lanes driftFactor( const Real time,
                                                const Lanes& last_expansion )
 {
