@@ -148,7 +148,8 @@ class Inflow : public SideBoundary<Dim>
                                 : box.begin[axis] < slabs;
         if ( !is_near )
             return; // what enters is another rank's
-        const Pattern pattern( state, this->_part, first );
+        const Pattern pattern( state, this->_part, _stream.velocity, first,
+                               after - before );
         const int candidates = slabs * pattern.own_cells * state.per_cell;
         const auto entering = _entering.take( candidates );
         const auto bodies = state.bodies;
@@ -204,7 +205,7 @@ class Inflow : public SideBoundary<Dim>
 
     //! The frozen gas upstream, cell by cell. Candidate k is particle
     //! k % per_cell of cell k / per_cell, slab after slab; of a slab each rank
-    //! counts its own cells, and the next ones, lest any be lost by rounding.
+    //! counts the cells whose particles may enter its box.
     struct Pattern
     {
         Grid<Dim> grid; //!< the whole domain
@@ -218,21 +219,37 @@ class Inflow : public SideBoundary<Dim>
         int own_cells = 1;           //!< those of a slab that count here
         Indices<Dim> begin{};        //!< the first of them
         Indices<Dim> count{};        //!< how many, along each axis
+        Indices<Dim> period;         //!< cells, where axes are periodic; or 0
+        Vector<Dim> slope{}; //!< way along the side for way into the domain
 
+        //! \param velocity of the stream \param way into the domain, in the
+        //! step
         Pattern( const State<Dim>& state, const SidePart<Dim>& side_part,
-                 const std::int64_t first )
+                 const Vector<Dim>& velocity, const std::int64_t first,
+                 const double way )
             : grid( state.grid ), placement( state.placement ),
               q( latticeSize( state.per_cell, Dim ) ),
               per_cell( state.per_cell ), seed( state.seed ), part( side_part ),
-              first_slab( first )
+              first_slab( first ), period( state.layout.period )
         {
             const auto& box = state.layout.box;
             for ( int d = 0; d < Dim; ++d )
             {
                 if ( d == part.axis() )
                     continue;
-                begin[d] = std::max( box.begin[d] - 1, 0 );
-                count[d] = std::min( box.end[d] + 1, grid.cells[d] ) - begin[d];
+                slope[d] = velocity[d] / Kokkos::abs( velocity[part.axis()] );
+                // One more, lest any be lost by rounding.
+                const int margin =
+                    1 + static_cast<int>( std::ceil( std::abs( slope[d] ) *
+                                                     way / grid.spacing[d] ) );
+                begin[d] = box.begin[d] - margin;
+                int end = box.end[d] + margin;
+                if ( period[d] == 0 || end - begin[d] > grid.cells[d] )
+                {
+                    begin[d] = std::max( begin[d], 0 );
+                    end = std::min( end, grid.cells[d] );
+                }
+                count[d] = end - begin[d];
                 side_cells *= grid.cells[d];
                 own_cells *= count[d];
             }
@@ -252,6 +269,10 @@ class Inflow : public SideBoundary<Dim>
                 if ( d != part.axis() )
                 {
                     i[d] = begin[d] + t % count[d];
+                    if ( i[d] < 0 )
+                        i[d] += period[d];
+                    else if ( i[d] >= grid.cells[d] )
+                        i[d] -= period[d];
                     t /= count[d];
                 }
             return i;
@@ -287,18 +308,30 @@ class Inflow : public SideBoundary<Dim>
             return ( static_cast<double>( slab( k ) ) + fraction( k )[axis] ) *
                    grid.spacing[axis];
         }
-        //! Where it is when the pattern has moved by `advanced`. [Dim], length
+        //! Where it is when the pattern has moved by `advanced`: from where it
+        //! crossed the side the stream takes it along. [Dim], length
         KOKKOS_INLINE_FUNCTION Vector<Dim> place( const int k,
                                                   const double advanced ) const
         {
             const auto f = fraction( k );
             const int axis = part.axis();
             const auto i = cell( k );
+            const Real inside = static_cast<Real>( advanced - depth( k ) );
             Vector<Dim> x{};
             for ( int d = 0; d < Dim; ++d )
-                if ( d != axis )
-                    x[d] = grid.lower[d] + ( i[d] + f[d] ) * grid.spacing[d];
-            const Real inside = static_cast<Real>( advanced - depth( k ) );
+            {
+                if ( d == axis )
+                    continue;
+                const Real lower = grid.lower[d];
+                const Real upper = grid.upper[d];
+                x[d] = lower + ( i[d] + f[d] ) * grid.spacing[d] +
+                       slope[d] * inside;
+                if ( period[d] > 0 && x[d] < lower )
+                    x[d] += upper - lower;
+                else if ( period[d] > 0 && x[d] >= upper )
+                    x[d] -= upper - lower;
+                x[d] = Kokkos::clamp( x[d], lower, justInside( lower, upper ) );
+            }
             x[axis] = part.upper()
                           ? Kokkos::min( grid.upper[axis] - inside,
                                          justInside( grid.lower[axis],

@@ -332,11 +332,12 @@ class SceneRun : public Simulation
     void noteFrom( const int first )
     {
         const auto noted = _scene.state.noted;
-        const int n = _scene.state.particles.size();
-        if ( n > first )
-            Kokkos::parallel_for(
-                "Machpoint::noteNew", Range( first, n ),
-                MACHPOINT_LAMBDA( const int p ) { noted.note( p ); } );
+        const int count = _scene.state.particles.size() - first;
+        if ( count > 0 )
+            forEach(
+                "Machpoint::noteNew", count,
+                MACHPOINT_LAMBDA( const int k ) { noted.note( first + k ); },
+                few_particles );
     }
 
   protected:

@@ -118,12 +118,15 @@ class Sidecar : public SidecarBase
         const int old = static_cast<int>( _aosoa.size() );
         Impl::resizeWithSlack( _aosoa, n );
         auto aosoa = _aosoa;
-        if ( clears && static_cast<int>( n ) > old )
-            Kokkos::parallel_for(
-                "Machpoint::clearSidecar", Range( old, static_cast<int>( n ) ),
-                MACHPOINT_LAMBDA( const int p ) {
-                    aosoa.setTuple( p, typename aosoa_type::tuple_type{} );
-                } );
+        const int more = static_cast<int>( n ) - old;
+        if ( clears && more > 0 )
+            forEach(
+                "Machpoint::clearSidecar", more,
+                MACHPOINT_LAMBDA( const int k ) {
+                    aosoa.setTuple( old + k,
+                                    typename aosoa_type::tuple_type{} );
+                },
+                few_particles );
     }
     void permute( const ParticleBins& bins, const Scratch& scratch ) override
     {

@@ -8,12 +8,18 @@
 #include <core/parameters.hpp>
 #include <core/types.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 namespace Machpoint
 {
+
+//! How many multiples of `every` are past at a time, 0 not counted. One that
+//! rounding puts just behind the time is past.
+inline double multiplesUpTo( const double time, const double every )
+{
+    return std::floor( time / every * ( 1 + 1e-12 ) );
+}
 
 //! The multiples of `output.every`, and the end. They are counted, not summed,
 //! so that none drifts.
@@ -25,12 +31,9 @@ class OutputTimes
     OutputTimes( const Json& input, const double time )
         : _end( input.at( "time" ).at( "end" ) ),
           _every( input.at( "output" ).value( "every", _end ) ),
-          _number( std::max(
-              std::int64_t( 1 ),
-              static_cast<std::int64_t>( std::floor( time / _every ) ) - 1 ) )
+          _number( 1 +
+                   static_cast<std::int64_t>( multiplesUpTo( time, _every ) ) )
     {
-        while ( _every * static_cast<double>( _number ) <= time )
-            ++_number;
     }
 
     //! A time that rounding puts just before the end is the end.

@@ -1,9 +1,9 @@
+#include <drivers/output_times.hpp>
 #include <drivers/requests.hpp>
 
 #include <fmt/format.h>
 
 #include <atomic>
-#include <cmath>
 #include <csignal>
 
 namespace Machpoint
@@ -89,8 +89,8 @@ Request Requests::own( const Simulation& simulation )
         return Request::stop;
     const bool is_due =
         ( _every_steps && simulation.steps() % *_every_steps == 0 ) ||
-        ( _every_time && std::floor( simulation.time() / *_every_time ) >
-                             std::floor( _time / *_every_time ) ) ||
+        ( _every_time && multiplesUpTo( simulation.time(), *_every_time ) >
+                             multiplesUpTo( _time, *_every_time ) ) ||
         ( _every_wall_seconds && _clock.seconds() >= *_every_wall_seconds );
     return checkpoint_signal.exchange( false ) || is_due ? Request::checkpoint
                                                          : Request::none;

@@ -5,6 +5,7 @@ this must end with the same bytes as one that did not: sums repeat exactly on on
 thread.
 """
 
+import csv
 import json
 import os
 import pathlib
@@ -259,6 +260,21 @@ class Kept(RestartTest):
             self.assertGreaterEqual(at, 0.15 * number - 1e-12)
             self.assertLess(at, 0.15 * number + 0.02)
         self.assertSameRun()  # steps are not cut for checkpoints
+
+    def test_every_time_that_steps_end_at(self):
+        # 3 * 0.1 is behind 0.3, the end of that step and of the run.
+        self.run_code(FINISHED, "--set", "time.end=0.3", "--set",
+                      'checkpoint={"every_time":0.1,"keep":9}')
+        times = []
+        for path in checkpoints(self.output):
+            with h5py.File(path) as file:
+                times.append(file.attrs["time"])
+        self.assertEqual(times, [0.1, 0.2, 0.3])
+        # It goes on with a whole step.
+        self.run_code(FINISHED, "--restart", "latest", "--set", "time.end=0.35")
+        with open(self.output / "series/body.csv") as file:
+            times = [float(row["time"]) for row in csv.DictReader(file)]
+        self.assertGreater(min(b - a for a, b in zip(times, times[1:])), 1e-4)
 
     def test_every_wall_seconds(self):
         self.run_code(FINISHED, "--max-steps", 5, "--set",

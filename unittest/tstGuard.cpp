@@ -403,8 +403,9 @@ TEST( Guard, findsWhatBrokeInTheLastStep )
         EXPECT_EQ( run->steps(), 21 );
         EXPECT_THROW( run->surveyExtrema(), NumericalFailure );
         EXPECT_EQ( run->steps(), retries > 0 ? 20 : 21 );
-        if ( retries > 0 )
-            EXPECT_NO_THROW( run->surveyExtrema() );
+        if ( retries == 0 )
+            continue;
+        EXPECT_NO_THROW( run->surveyExtrema() );
     }
 }
 
