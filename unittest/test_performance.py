@@ -4,6 +4,7 @@ these is right. No time passes or fails a test.
 The executable comes from MACHPOINT_EXECUTABLE; machpoint_kernels and
 both machpoint_plain_loop lie beside it, where they are built.
 """
+import argparse
 import contextlib
 import importlib.util
 import io
@@ -26,8 +27,10 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent / "benchmarks"
 sys.path += [str(ROOT / name) for name in
              ("performance", "kernels", "speed", "sod_sweep")]
 
+import executable as named
 import jobs
 import machine
+import options
 import page
 import pairs
 import results
@@ -449,6 +452,18 @@ class OptionsTest(unittest.TestCase):
                 ("performance", ["--python", "/nonexistent"],
                  "is no program")):
             self.assertIn(reason, self.refused(name, *words))
+
+    def test_a_program_on_the_path_is_found_there(self):
+        """A benchmark may start it from another folder."""
+        parser = argparse.ArgumentParser()
+        named.add_option(parser)
+        parser.add_argument("--reference", type=options.program)
+        path = f"{MACHPOINT.resolve().parent}:{os.environ['PATH']}"
+        with unittest.mock.patch.dict(os.environ, PATH=path):
+            found = parser.parse_args(["--machpoint", MACHPOINT.name,
+                                       "--reference", MACHPOINT.name])
+        for result in vars(found).values():
+            self.assertEqual(pathlib.Path(result).resolve(), MACHPOINT.resolve())
 
 
 class SweepTest(unittest.TestCase):

@@ -5,8 +5,9 @@ from page import ROOT
 
 
 def _type(text):
-    program.version(options.program(text))
-    return text
+    found = options.program(text)
+    program.version(found)
+    return found
 
 
 def add_option(parser, name="--machpoint"):

@@ -32,10 +32,11 @@ def positive(text):
 
 
 def program(text):
-    """A type of argparse: what can be started."""
-    if not shutil.which(text):
+    """A type of argparse: what can be started, as a path also where the PATH has it."""
+    found = shutil.which(text)
+    if not found:
         raise argparse.ArgumentTypeError(f"{text} is no program")
-    return text
+    return found
 
 
 def folder(text):
