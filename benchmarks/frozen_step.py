@@ -17,14 +17,14 @@ import sys
 sys.path.append(str(pathlib.Path(__file__).resolve().parent / "performance"))
 
 import packages
+import page
 
 np = packages.find("numpy")
 
 CELLS = 16         # along an axis; units: cells, sound speed, density 1
 LEAST_FILLING = 0.2
 BLEND = 0.3
-DOCS = pathlib.Path(__file__).parents[1] / "docs/conservative.md"
-BEGIN, END = "<!-- frozen step -->\n", "<!-- end of frozen step -->"
+DOCS = page.ROOT / "docs/conservative.md"
 
 
 def lattice():
@@ -167,9 +167,7 @@ def main():
     found = table()
     print(found)
     if arguments.docs:
-        text = DOCS.read_text()
-        head, rest = text.split(BEGIN)
-        DOCS.write_text(head + BEGIN + found + END + rest.split(END)[1])
+        page.write("frozen step", found, DOCS)
 
 
 if __name__ == "__main__":

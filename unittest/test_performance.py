@@ -494,7 +494,7 @@ class SweepTest(unittest.TestCase):
             steps = steps or (cells[0] // 10 if end else 2 * cells[0])
             self.ran.append((cells[0], steps))
             mean = 1e-5 * math.prod(cells) * (1 if timed else 2)
-            seconds = {name: {"sum": 0} for name in sweep.ACTIVITIES}
+            seconds = {name: {"sum": 0} for name in sweep.program.ACTIVITIES}
             seconds["compute"]["sum"] = 1e-4 * math.prod(cells) + \
                 mean * (steps - 1)
             summary = {"steps": steps, "particles_initial": 3 * cells[0],

@@ -1,9 +1,8 @@
 """docs/stability.md and its pictures, from results."""
 import os
-import pathlib
-import re
 
 import draws
+import machine
 import packages
 import stable_cfl
 import suite
@@ -43,12 +42,9 @@ cases; `unittest/test_hard_cases.py` runs small versions of all of them with
 """
 
 
-def machine():
+def computer():
     """CPU model and number of cores of this machine."""
-    text = pathlib.Path("/proc/cpuinfo").read_text()
-    found = re.search(r"model name\s*: (.*)", text)
-    return f"{found.group(1) if found else 'an unnamed CPU'}, " \
-        f"{os.cpu_count()} cores"
+    return f"{machine.processor()}, {os.cpu_count()} cores"
 
 
 def cell(text):
@@ -198,7 +194,7 @@ def write(work, results, found_draws, found_cfl):
     found_cfl: as stable_cfl.table gives it, or None.
     """
     text = [HEAD.format(command=COMMAND, revision=work.revision,
-                        machine=machine(), mass=MASS_DRIFT,
+                        machine=computer(), mass=MASS_DRIFT,
                         energy=ENERGY_DRIFT)]
     missing = {method: [case.name for case in suite.CASES
                         if method in case.methods and

@@ -12,6 +12,7 @@ import program
 import run as runs_of
 import spaces
 from case import COARSE
+from program import digest_of_file
 from run import ROOT, broken_invariants, execute, settings
 
 np = packages.find("numpy")
@@ -22,10 +23,6 @@ CASES = lines.CASES + planes.CASES + spaces.CASES
 def digest(*parts):
     text = json.dumps(parts, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
-def digest_of_file(path):
-    return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()[:12]
 
 
 def asymmetry(run, axes):

@@ -1,6 +1,11 @@
 """Runs Machpoint's programs, and asks them what they were built of."""
+import hashlib
 import os
+import pathlib
 import subprocess
+
+# That summary.json splits the time of a run's steps into.
+ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
 
 
 def run(words, threads):
@@ -29,6 +34,11 @@ def execute(words, threads):
     if result.returncode != 0:
         raise failure(result)
     return result.stdout
+
+
+def digest_of_file(path):
+    """Of a program, or of what else a kept result hangs on."""
+    return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()[:12]
 
 
 def version(machpoint):

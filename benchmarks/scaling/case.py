@@ -13,8 +13,6 @@ import launcher
 import program
 from page import ROOT
 
-ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
-
 
 @dataclasses.dataclass(frozen=True)
 class Case:
@@ -139,7 +137,7 @@ def read(directory):
     steps, ranks = summary["steps"] - 1, summary["ranks"]
     told = summary["communication"]["after_first_step"]
     seconds = {name: told["seconds"][name]["sum"] / ranks / steps
-               for name in ACTIVITIES}
+               for name in program.ACTIVITIES}
     step = sum(seconds.values())
     counts = {name: told[name]["largest"] / steps
               for name in ["halo_bytes", "halo_messages",

@@ -1,9 +1,10 @@
 """docs/scaling.md from the results."""
 import os
-import pathlib
 
+import machine
 import model
-import page
+from page import table, written_by
+from program import ACTIVITIES
 
 HEAD = """# Scaling
 
@@ -14,15 +15,6 @@ operating system), whose cores ranks of one thread share, so that 4 ranks are
 not what a larger machine would do. Figures are medians over
 {repeats} rounds of all runs; the range beside one is that over the rounds.
 """
-
-PARTS = ["compute", "halo", "halo_wait", "migration", "collectives"]
-
-
-def table(header, rows):
-    lines = ["| " + " | ".join(header) + " |",
-             "|" + "---|" * len(header)]
-    lines += ["| " + " | ".join(map(str, row)) + " |" for row in rows]
-    return "\n".join(lines) + "\n"
 
 
 def milliseconds(seconds):
@@ -43,7 +35,7 @@ def ranks(case):
 def split(figures):
     """Share of the step of each activity, in per cent."""
     return [f"{100 * figures['seconds'][part] / figures['step']:.1f}"
-            for part in PARTS]
+            for part in ACTIVITIES]
 
 
 def scaling(topic, results, gain):
@@ -64,7 +56,7 @@ def scaling(topic, results, gain):
             f"{figures['slowest_compute'] / figures['seconds']['compute']:.2f}",
             *split(figures)])
     return table(["scene", "cells", "ranks", "ms a step (range)", "efficiency",
-                  "slowest/mean", *(f"{p} %" for p in PARTS)], rows)
+                  "slowest/mean", *(f"{p} %" for p in ACTIVITIES)], rows)
 
 
 def limits(topics, results, memory):
@@ -146,12 +138,12 @@ PER_CELL = {2: 4, 3: 8}
 
 def prediction(fits):
     rows = []
-    for name, machine in MACHINES.items():
+    for name, figures in MACHINES.items():
         for dim, fitted in fits.items():
             for side in SIDES[dim]:
                 efficiencies = [
                     model.efficiency(model.predict(
-                        fitted, PER_CELL[dim], side, ranks, *machine))
+                        fitted, PER_CELL[dim], side, ranks, *figures))
                     for ranks in (64, 4096)]
                 rows.append([name, f"{dim}D", " x ".join([str(side)] * dim),
                              f"{PER_CELL[dim] * side ** dim:,}",
@@ -160,18 +152,10 @@ def prediction(fits):
                   "64 ranks", "4096 ranks"], rows)
 
 
-def processor():
-    """Model of this machine's CPU."""
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.partition(": ")[2]
-    return "an unnamed processor"
-
-
 def write(topics, results, kept, bench, memory, fits, repeats):
     """The whole page."""
-    text = HEAD.format(written=page.written_by("scaling", True),
-                       revision=bench.revision, processor=processor(),
+    text = HEAD.format(written=written_by("scaling", True),
+                       revision=bench.revision, processor=machine.processor(),
                        cores=os.cpu_count(), repeats=repeats)
     text += """
 A step's time, the first step apart, is split into what a rank does

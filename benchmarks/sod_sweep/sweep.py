@@ -9,7 +9,6 @@ import machine
 import page
 import program
 
-ACTIVITIES = ["compute", "halo", "halo_wait", "migration", "collectives"]
 #: What is timed: so many steps, two cycles of sorts, in which waves of the tube pass
 #: the same number of cells; or until a time of the flow.
 TIMED = {"sod": {"steps": 41}, "cylinder_mach3": {"end": 0.1}}
@@ -56,7 +55,7 @@ def seconds_of_steps(summary):
     set-up and output. A run's first step touches much of its memory for the first
     time, and takes up to ten times as long as any other."""
     told = summary["communication"]["seconds"]
-    whole = sum(told[name]["sum"] for name in ACTIVITIES)
+    whole = sum(told[name]["sum"] for name in program.ACTIVITIES)
     first = summary["first_step_seconds"]
     return first, (whole - first) / (summary["steps"] - 1)
 

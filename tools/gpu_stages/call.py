@@ -15,6 +15,8 @@ for folder in ("unittest", "benchmarks/scaling", "benchmarks/gpu_code",
                "benchmarks/performance", "benchmarks/kernels"):
     sys.path.insert(0, str(ROOT / folder))
 
+from program import digest_of_file
+
 
 class Failure(Exception):
     """A stage cannot go on; its text says why."""
@@ -25,10 +27,6 @@ class Unfinished(Failure):
 
     def __init__(self):
         super().__init__("the time limit came first; call this stage again")
-
-
-def digest_of_file(path):
-    return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()[:12]
 
 
 def table(head, rows):
