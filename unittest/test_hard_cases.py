@@ -129,6 +129,21 @@ class Suite(unittest.TestCase):
         found = planes.sedov([run])["anisotropy, 100², 4 per cell"]
         self.assertAlmostEqual(found, 0.02, delta=2e-3)
 
+    def test_a_bow_shock_is_found_wherever_the_grid_begins(self):
+        """One .1 before the front of a ball of radius .2, in a stream of pressure 2."""
+        x, y = numpy.meshgrid(numpy.arange(0.005, 0.4, 0.01),
+                              numpy.arange(0.305, 0.7, 0.01))
+        places = numpy.transpose([x.ravel(), y.ravel()])
+        density = numpy.where(places[:, 0] < 0.3, 1.0, 4.0)
+        for lower in 0, -3:
+            run = types.SimpleNamespace(spacing=0.02, input={
+                "grid": {"lower": [lower, 0]}, "initial": [{"pressure": 2}]})
+            found = planes.ahead_of_body(
+                run, {"position": places + [lower, 0], "density": density,
+                      "mass": density, "pressure": 3 * density},
+                {"center": [lower + 0.6, 0.5], "radius": 0.2}, 2.5)
+            numpy.testing.assert_allclose(found, (0.5, 6), rtol=1e-12)
+
     def test_theory(self):
         """Tabulated values: NACA report 1135; Toro 2009, table 4.1."""
         self.assertAlmostEqual(gas.pitot_ratio(3, 1.4), 12.06, delta=5e-3)

@@ -229,15 +229,47 @@ def filling(run, shape):
     return theta[clear & inner]
 
 
+def ahead_of_body(run, data, shape, middle):
+    """Of one output: a bow shock's stand-off in radii and the pitot pressure over the
+    free stream's; NaN where there is none. shape: the sphere that it stands before.
+
+    The shock is where along the stagnation line (within h of it) the density, mass
+    over volume in slabs of h, first passes `middle`; the pressure is that within
+    1.5 h of the body's front, weighted by volume.
+    """
+    h, lower = run.spacing, run.input["grid"]["lower"][0]
+    center, radius = np.array(shape["center"]), shape["radius"]
+    volume = data["mass"] / data["density"]
+    away = data["position"] - center
+    across = np.linalg.norm(away[:, 1:], axis=1)
+    x = data["position"][:, 0]
+    line = (across < h) & (away[:, 0] < -radius)
+    slab = ((x[line] - lower) / h).astype(int)
+    v = np.bincount(slab, volume[line])
+    rho = np.bincount(slab, data["mass"][line]) / np.maximum(v, 1e-300)
+    place = lower + (np.arange(len(v)) + 0.5) * h
+    rho, place = rho[v > 0], place[v > 0]
+    passes = np.where((rho[:-1] < middle) & (rho[1:] >= middle))[0]
+    standoff = math.nan
+    if len(passes):
+        i = passes[0]
+        shock = place[i] + (middle - rho[i]) / (
+            rho[i + 1] - rho[i]) * (place[i + 1] - place[i])
+        standoff = (center[0] - radius - shock) / radius
+    front = (np.linalg.norm(away, axis=1) < radius + 1.5 * h) & (
+        across < 2 * h) & (away[:, 0] < 0)
+    pitot = (data["pressure"] * volume)[front].sum() / (
+        volume[front].sum()) if front.any() else math.nan
+    return standoff, pitot / run.input["initial"][0]["pressure"]
+
+
 def bow_shock(runs):
-    """Means over the last two fifths of the run, as in
-    benchmarks/cylinder_features.py; the wall's noise is the scatter of pressure
-    within h of the front about a polynomial in angle, over the pitot
+    """Means over the last two fifths of the run; the wall's noise is the scatter of
+    pressure within h of the front about a polynomial in angle, over the pitot
     pressure; theta is the filling of faces."""
     values = {}
     for run in runs:
         shape, h = body(run), run.spacing
-        center, radius = np.array(shape["center"]), shape["radius"]
         stream = run.input["initial"][0]
         mach = stream["velocity"][0] / math.sqrt(
             GAMMA * stream["pressure"] / stream["density"])
@@ -245,34 +277,16 @@ def bow_shock(runs):
         middle = 0.5 * stream["density"] * (1 + jump)
         standoff, pitot = [], []
         for data in run.later(0.6 * run.summary["final_time"]):
-            volume = data["mass"] / data["density"]
-            away = data["position"] - center
-            across = np.linalg.norm(away[:, 1:], axis=1)
-            x = data["position"][:, 0]
-            line = (across < h) & (away[:, 0] < -radius)
-            slab = (x[line] / h).astype(int)
-            v = np.bincount(slab, volume[line])
-            rho = np.bincount(slab, data["mass"][line]) / np.maximum(v, 1e-300)
-            place = (np.arange(len(v)) + 0.5) * h
-            rho, place = rho[v > 0], place[v > 0]
-            passes = np.where((rho[:-1] < middle) & (rho[1:] >= middle))[0]
-            if len(passes):
-                i = passes[0]
-                shock = place[i] + (middle - rho[i]) / (
-                    rho[i + 1] - rho[i]) * (place[i + 1] - place[i])
-                standoff.append((center[0] - radius - shock) / radius)
-            else:
-                standoff.append(math.nan)
-            front = (np.linalg.norm(away, axis=1) < radius + 1.5 * h) & (
-                across < 2 * h) & (away[:, 0] < 0)
-            pitot.append((data["pressure"] * volume)[front].sum() /
-                         volume[front].sum() if front.any() else math.nan)
+            distance, pressure = ahead_of_body(run, data, shape, middle)
+            standoff.append(distance)
+            pitot.append(pressure)
         label = size(run)
         values[f"stand-off, {label}"] = np.mean(standoff or [math.nan])
         values[f"pitot, {label}"] = np.mean(pitot or [math.nan])
         values[f"pitot's std, {label}"] = np.std(pitot or [math.nan])
         if run.summary["dimension"] == 2:
-            near = (np.linalg.norm(away, axis=1) < radius + h) & (
+            away = data["position"] - shape["center"]
+            near = (np.linalg.norm(away, axis=1) < shape["radius"] + h) & (
                 away[:, 0] < 0)
             angle = np.arctan2(away[near, 1], -away[near, 0])
             p = data["pressure"][near]
