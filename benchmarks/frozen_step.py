@@ -164,6 +164,8 @@ def main():
     parser.add_argument("--docs", action="store_true",
                         help="write the table to docs/conservative.md")
     arguments = packages.parse(parser)
+    if arguments.docs:
+        page.require("frozen step", path=DOCS)
     found = table()
     print(found)
     if arguments.docs:

@@ -691,9 +691,23 @@ class PageTest(unittest.TestCase):
                          "a\n<!-- x -->\nnew\n<!-- end of x -->\nb\n")
         with self.assertRaises(SystemExit):
             page.replaced(text, "y", "new")
-        for section in ("speed", "kernels", "sod_sweep", "precision",
-                        "gpu code"):
-            page.replaced(page.PAGE.read_text(), section, "")
+        page.require("speed", "kernels", "sod_sweep", "precision", "gpu code")
+
+    def test_a_place_is_looked_for_before_anything_is_measured(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            empty = pathlib.Path(scratch) / "accuracy.md"
+            empty.touch()
+            accuracy = program("accuracy")
+            words = ["accuracy", "--docs", "--study", "sod", "--machpoint",
+                     str(MACHPOINT), "--output", scratch]
+            with unittest.mock.patch.object(accuracy, "PAGE", empty), \
+                    unittest.mock.patch.object(accuracy, "run") as run, \
+                    unittest.mock.patch("sys.argv", words), \
+                    self.assertRaisesRegex(SystemExit, "no place for it"):
+                accuracy.main()
+            run.assert_not_called()
+        page.require(*(f"study {name}" for name in accuracy.STUDIES), "studies",
+                     "advice", path=accuracy.PAGE)
 
 
 if __name__ == "__main__":

@@ -156,6 +156,8 @@ def main():
     parser.add_argument("--cuobjdump", default="cuobjdump")
     parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
+    if arguments.docs:
+        page.require("gpu code")
     executable = arguments.build / "machpoint"
     for name in ("machpoint", "revision.cpp", "CMakeCache.txt"):
         if not (arguments.build / name).exists():

@@ -190,6 +190,7 @@ def main():
     cases = results.cases(arguments.kernels,
                           [f"--benchmark_filter={arguments.filter}"])
     if arguments.docs:
+        page.require("kernels")
         require_all(cases)
     found = measure(arguments, cases, words)
     (arguments.output / "results.json").write_text(

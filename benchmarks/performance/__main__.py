@@ -29,6 +29,7 @@ def main():
                         type=options.whole(options.ROUNDS))
     arguments = parser.parse_args()
     import figure # says what pictures lack
+    page.require("speed", "kernels", "sod_sweep")
     build = page.ROOT / "build"
     missing = jobs.missing(build / "openmp") or jobs.missing(build / "serial")
     if missing:

@@ -31,5 +31,13 @@ def replaced(page, section, text):
             page[found.end():])
 
 
+def require(*sections, path=PAGE):
+    """Ends the program where a page has no place for one of them: a benchmark asks
+    before it measures."""
+    text = path.read_text()
+    for section in sections:
+        replaced(text, section, "")
+
+
 def write(section, text, path=PAGE):
     path.write_text(replaced(path.read_text(), section, text))

@@ -130,6 +130,8 @@ def main():
     fast = arguments.fast
     rounds = arguments.rounds or (1 if fast else 5)
     options.require_full(parser, arguments, rounds, ["fast"])
+    if arguments.docs:
+        page.require("precision")
     builds = {name: getattr(arguments, name) / "machpoint"
               for name in PRECISIONS}
     for build in builds.values():

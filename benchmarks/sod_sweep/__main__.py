@@ -134,6 +134,8 @@ def parse():
     arguments = parser.parse_args()
     options.require_full(parser, arguments, arguments.rounds,
                          ["largest", "cylinders", "seconds"])
+    if arguments.docs:
+        page.require("sod_sweep")
     return arguments, builds(parser, arguments.build)
 
 

@@ -180,6 +180,8 @@ def parse():
     arguments = parser.parse_args()
     rounds = arguments.rounds or (1 if arguments.fast else 5)
     options.require_full(parser, arguments, rounds, ["fast", "dimensions"])
+    if arguments.docs:
+        page.require("speed")
     missing = jobs.missing(arguments.build)
     if missing:
         parser.error(f"{missing} is missing: build it, or name its folder with "
