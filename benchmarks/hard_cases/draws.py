@@ -111,5 +111,5 @@ def digest(results):
             "vacuum_intact": sum(r["vacuum"] for r in intact),
             "retried": sum(bool(r["retries"]) for r in intact),
             "median": statistics.median(errors) if errors else None,
-            "tenth": errors[int(0.9 * len(errors))] if errors else None,
+            "90 % below": errors[int(0.9 * len(errors))] if errors else None,
             "worst": errors[-1] if errors else None}

@@ -113,7 +113,7 @@ def draw_table(found):
         rows.append(
             f"| `{method}` | {d['drawn']} | {d['intact']} | "
             f"{d['vacuum_intact']} of {d['vacuum']} | {d['retried']} | "
-            f"{relative(d['median'])} | {relative(d['tenth'])} | "
+            f"{relative(d['median'])} | {relative(d['90 % below'])} | "
             f"{relative(d['worst'])} |")
     return rows
 
