@@ -92,6 +92,24 @@ class BenchTest(unittest.TestCase):
                      bench.commands[cases[1].name]]:
             self.assertIn(part, text)
 
+    def test_where_one_copy_fails_the_others_end(self):
+        """A launcher whose second copy tells its id and sleeps; the first one fails
+        then."""
+        with tempfile.TemporaryDirectory() as scratch:
+            told = pathlib.Path(scratch) / "id"
+            launcher = pathlib.Path(scratch) / "launcher"
+            launcher.write_text("\n".join([
+                "#!/bin/sh", f"for word; do case $word in *-0) until [ -s {told} ]",
+                "do sleep .01; done; exit 3;; esac; done",
+                f"echo $$ > {told}", "exec sleep 60"]))
+            launcher.chmod(0o700)
+            bench = case.Bench(os.environ["MACHPOINT_EXECUTABLE"], [str(launcher)],
+                               scratch)
+            with self.assertRaisesRegex(SystemExit, "exit code 3"):
+                bench.run(case.Case("isentropic_vortex", (24, 24), 1, 3, copies=2))
+            with self.assertRaises(ProcessLookupError):
+                os.kill(int(told.read_text()), 0)
+
 
 if __name__ == "__main__":
     unittest.main()

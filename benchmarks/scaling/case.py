@@ -107,6 +107,22 @@ class Bench:
 
     def _measure(self, case, scratch):
         started = [self._start(case, k, scratch) for k in range(case.copies)]
+        try:
+            figures = self._finish(case, started)
+        finally:
+            for _, process in started:
+                if process.poll() is None:
+                    process.terminate()
+                    process.communicate()
+        if case.name in self.lacking:
+            return None
+        # Copies share the machine: the last one ends the measurement.
+        slowest = max(figures, key=lambda f: f["step"])
+        slowest["updates"] = sum(f["updates"] for f in figures)
+        return slowest
+
+    def _finish(self, case, started):
+        """Figures of each copy, once all have ended."""
         figures = []
         for directory, process in started:
             text = process.communicate()[0]
@@ -121,12 +137,7 @@ class Bench:
             else:
                 figures.append(read(directory))
             shutil.rmtree(directory, ignore_errors=True)
-        if case.name in self.lacking:
-            return None
-        # Copies share the machine: the last one ends the measurement.
-        slowest = max(figures, key=lambda f: f["step"])
-        slowest["updates"] = sum(f["updates"] for f in figures)
-        return slowest
+        return figures
 
 
 def read(directory):
