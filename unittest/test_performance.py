@@ -91,6 +91,15 @@ class AccuracyTest(unittest.TestCase):
         self.assertIn("| 1, 2 (+100 %) | - |", text)
 
 
+class CheckpointTest(unittest.TestCase):
+
+    def test_a_file_that_cannot_be_opened_ends_it(self):
+        """Here it is a folder, of which each writer complains on stderr."""
+        with tempfile.TemporaryDirectory() as folder, \
+                self.assertRaisesRegex(SystemExit, "cannot be written"):
+            program("checkpoint").plain_write(pathlib.Path(folder), 10, 2)
+
+
 class KernelsTest(unittest.TestCase):
 
     def test_every_part_of_every_case_is_finite(self):

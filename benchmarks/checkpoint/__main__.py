@@ -48,8 +48,9 @@ def processor_seconds():
 def write_part(path, first, size, start):
     """Writes part of a file when all are ready to."""
     block = memoryview(os.urandom(BLOCK))
+    # Whatever may fail comes later: the others would wait for ever.
+    start.wait()
     with open(path, "r+b", buffering=0) as file:
-        start.wait()
         while size > 0:
             written = os.pwrite(file.fileno(), block[:min(BLOCK, size)], first)
             first += written
@@ -74,9 +75,9 @@ def plain_write(path, size, processes):
     for writer in writers:
         writer.join()
     seconds = time.monotonic() - begin
-    path.unlink()
     if any(writer.exitcode for writer in writers):
         sys.exit(f"{path} cannot be written")
+    path.unlink()
     return seconds, processor_seconds() - before
 
 
