@@ -17,6 +17,8 @@ install(
   FILES_MATCHING
   PATTERN "*.hpp" ${without_cabana})
 
+install(FILES LICENSE DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/machpoint")
+
 install(
   EXPORT MachpointTargets
   NAMESPACE Machpoint::

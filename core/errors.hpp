@@ -8,7 +8,6 @@
 #include <new>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 
 namespace Machpoint
 {
@@ -17,6 +16,13 @@ namespace Machpoint
 //! and whose text where they come from.
 struct KnownError
 {
+};
+
+//! The computation broke down: what, where, when, and what to try.
+class NumericalFailure : public std::runtime_error, public KnownError
+{
+  public:
+    using std::runtime_error::runtime_error;
 };
 
 /*!
@@ -40,14 +46,15 @@ auto naming( const Action& action, const Where& where )
     {
         throw;
     }
-    catch ( const std::system_error& )
-    {
-        throw;
-    }
     catch ( const std::exception& error )
     {
         throw std::runtime_error( std::string( error.what() ) + " (" + where() +
                                   ")" );
+    }
+    catch ( ... )
+    {
+        throw std::runtime_error( "something that is no std::exception (" +
+                                  where() + ")" );
     }
 }
 

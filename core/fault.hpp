@@ -93,6 +93,24 @@ Fault findFault( const State<Dim>& state )
     return fault;
 }
 
+//! What is wrong with a particle that a survey found broken.
+template <int Dim>
+FaultKind kindOfBroken( const State<Dim>& state, const int particle )
+{
+    const auto broken = state.particles.toHost( particle );
+    const Real mass = broken.template slice<Mass>()( 0 );
+    const Real volume = broken.template slice<Volume>()( 0 );
+    if ( !( 0 < mass && mass < largest_quantity ) )
+        return FaultKind::no_mass;
+    const FaultKind kind = kindOfFault<Dim>(
+        {}, loadVector<Dim>( broken.template slice<Velocity>(), 0 ), volume,
+        heatOf<Real>( broken.template slice<SpecificInternalEnergy>()( 0 ),
+                      volume, mass, state.reference_pressure ),
+        state.least_heat );
+    // What is left is its pressure, or its speed of sound.
+    return kind == FaultKind::moved_too_far ? FaultKind::not_finite : kind;
+}
+
 //! Says what is wrong with which particle, where and when, and what to try.
 template <int Dim>
 std::string describeFault( const State<Dim>& state, const Fault& fault )

@@ -118,12 +118,39 @@ inline std::vector<SideClaim> checkedSides( std::vector<SideClaim> claims,
     return claims;
 }
 
+namespace Impl
+{
+//! A type's members, and one more: where that has the name of one of the
+//! type's, whoever may use it, the name is ambiguous. (None may derive from a
+//! final type.)
+template <class Type, class Named, bool = std::is_final_v<Type>>
+struct WithName : Type, Named
+{
+};
+template <class Type, class Named>
+struct WithName<Type, Named, true> : Named
+{
+};
+} // namespace Impl
+
 //! Those that a module type has.
 template <int Dim, class Type>
 InputHooks inputHooksOf()
 {
     InputHooks own;
 #define MACHPOINT_TAKE_IF_THERE( hook )                                        \
+    struct Named_##hook                                                        \
+    {                                                                          \
+        int hook;                                                              \
+    };                                                                         \
+    constexpr bool is_free_##hook = requires                                   \
+    {                                                                          \
+        &Impl::WithName<Type, Named_##hook>::hook;                             \
+    };                                                                         \
+    static_assert(                                                             \
+        is_free_##hook || requires { &Type::hook; },                           \
+        "the module's " #hook " is not public, or there are "                  \
+        "several" );                                                           \
     if constexpr ( requires { &Type::hook; } )                                 \
     {                                                                          \
         using Function = decltype( own.hook );                                 \

@@ -6,6 +6,7 @@
 #define MACHPOINT_MIGRATION_HPP
 
 #include <core/communicator.hpp>
+#include <core/for_each.hpp>
 #include <core/traffic.hpp>
 #include <core/types.hpp>
 

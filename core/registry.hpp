@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -194,7 +195,8 @@ ModuleFactory<Dim> moduleDeclaration()
 }
 
 //! The factory of a module type: constructible from its resolved JSON, or
-//! from that and the equation of state.
+//! from that and the equation of state. \throws std::logic_error for a side
+//! without applyToParticles
 template <int Dim, template <int> class ModuleType>
 ModuleFactory<Dim> moduleFactory()
 {
@@ -222,6 +224,11 @@ ModuleFactory<Dim> moduleFactory()
             },
             [] { return whereOf( Type::name, "its constructor" ); } );
     };
+    if ( factory.input.sides && !factory.hooks.has( Hook::applyToParticles ) )
+        throw std::logic_error( std::string( Type::name ) +
+                                " takes sides of the domain, so it has to say "
+                                "in applyToParticles what becomes of the "
+                                "particles beyond them" );
     return factory;
 }
 

@@ -8,8 +8,10 @@
 #include <core/member_rows.hpp>
 #include <core/migration.hpp>
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace Machpoint
@@ -23,6 +25,19 @@ struct MergedPair
     Real share = 0; //!< of the other one in the mass of both
 };
 using MergedPairs = Kokkos::View<MergedPair*, MemorySpace>;
+
+namespace Impl
+{
+//! Are members of types that a checkpoint holds?
+template <class... T>
+constexpr bool canBeKept( const Cabana::MemberTypes<T...>* )
+{
+    return (
+        (std::is_same_v<std::remove_all_extents_t<T>, float> ||
+         std::is_same_v<std::remove_all_extents_t<T>, double> ||
+         std::is_same_v<std::remove_all_extents_t<T>, std::int64_t>)&&... );
+}
+} // namespace Impl
 
 //! State that one effect alone needs, one entry per particle. Removal,
 //! insertion and migration carry every sidecar along, and sorting all that no
@@ -96,6 +111,9 @@ enum class WhenMerged
 template <class Members>
 class Sidecar : public SidecarBase
 {
+    static_assert( Impl::canBeKept( static_cast<Members*>( nullptr ) ),
+                   "members of a sidecar are float, double or std::int64_t" );
+
   public:
     //! Its memory.
     using aosoa_type = ParticleArray<Members>;

@@ -19,13 +19,6 @@
 namespace Machpoint
 {
 
-//! The computation broke down: what, where, when, and what to try.
-class NumericalFailure : public std::runtime_error, public KnownError
-{
-  public:
-    using std::runtime_error::runtime_error;
-};
-
 //! \name Steps during which the time step is shortened, and to which part
 //! A discontinuous start has no divergence yet for the viscosity to see.
 //! @{

@@ -37,7 +37,8 @@ struct GasSurvey
     //! max of c + 2 Viscosity::speed, length/time; 0 where that does not act.
     Real fastest_viscous = 0;
     Extrema extrema; //!< of this pass
-    //! Row of a particle with a non-finite value or no volume; -1: none.
+    //! Row of a particle with a non-finite value, or without mass, volume or
+    //! heat; -1: none.
     int broken = -1;
 
     //! Takes in what another part of the pass has seen.
@@ -56,10 +57,12 @@ struct GasSurvey
 class LaneSurvey
 {
   public:
-    //! Takes in a pack. \param speed |v| \param sound c
+    //! Takes in a pack. \param speed |v| \param sound c \param heat of the
+    //! energy \param least heat
     KOKKOS_FORCEINLINE_FUNCTION void
     look( const Pack p, const Lanes& speed, const Lanes& sound,
-          const Lanes& volume, const Lanes& density, const Lanes& energy )
+          const Lanes& volume, const Lanes& density, const Lanes& energy,
+          const Lanes& heat, const Real least )
     {
         const LaneMask counts = active( p );
         const Lanes zero( 0.0 );
@@ -72,9 +75,11 @@ class LaneSurvey
             _mach, choose( counts && zero < sound, speed / sound, zero ) );
         _density = Kokkos::min( _density, choose( counts, density, huge ) );
         _energy = Kokkos::min( _energy, choose( counts, energy, huge ) );
-        // Written so that a NaN is caught too.
-        const LaneMask is_sound =
-            sum < huge && zero < volume && Kokkos::abs( energy ) < huge;
+        // Written so that a NaN is caught too. Cold gas has heat of round-off.
+        const Lanes size = Kokkos::abs( energy );
+        const LaneMask is_sound = sum < huge && zero < volume &&
+                                  zero < density && size < huge &&
+                                  Lanes( least ) <= heat + round_off * size;
         if ( any( counts && !is_sound ) )
             for ( int l = 0; l < p.count; ++l )
                 if ( !lane( is_sound, l ) )

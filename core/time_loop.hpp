@@ -238,13 +238,17 @@ class TimeLoop : public SceneRun<Dim>
         largest = comm().max( largest );
         if ( largest[0] > 0 )
         {
-            const auto fault = describeWorst(
-                _scene.state,
-                Fault{ found.broken, found.broken >= 0 ? FaultKind::not_finite
-                                                       : FaultKind::none } );
-            // A boundary or a source broke the gas after the step's check.
+            Fault worst{ found.broken };
+            if ( found.broken >= 0 )
+                worst.kind = kindOfBroken( _scene.state, found.broken );
+            auto fault = describeWorst( _scene.state, worst );
             if ( _most_retries > 0 && _scene.state.step > 0 )
+            {
+                // It was sound when the step was checked.
+                fault += "; a boundary, a source or an inflow of the last step "
+                         "has left it so";
                 restore();
+            }
             throw NumericalFailure( fault );
         }
         _extrema += Extrema{ static_cast<Real>( -largest[1] ),

@@ -28,7 +28,8 @@ void requireAllProcesses( const Communicator& ranks )
         throw InputError( { fmt::format(
             "machpoint: {} processes were started, and this one knows of {}; "
             "start one, or configure with -DMachpoint_ENABLE_MPI=ON and start "
-            "them with the mpirun of the same MPI",
+            "them with the mpirun of the same MPI (a main of one's own begins "
+            "with a Machpoint::MpiSession)",
             launched, ranks.size() ) } );
 }
 

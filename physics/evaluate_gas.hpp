@@ -6,6 +6,7 @@
 #define MACHPOINT_EVALUATE_GAS_HPP
 
 #include <core/module.hpp>
+#include <core/soundness.hpp>
 
 namespace Machpoint
 {
@@ -40,6 +41,8 @@ GasSurvey evaluateGas( const State<Dim>& state, const bool surveys,
     const auto limiter = sliceOfFlow<Limiter>( state );
     const auto viscosity = state.viscosity;
     const Real h = state.grid.minSpacing();
+    const Real least = state.least_heat;
+    const Real reference = state.reference_pressure;
     const int n = state.particles.size();
     const int count = countPacks( n );
     // Lanes are joined after some packs, as that takes longer than a pack.
@@ -56,7 +59,8 @@ GasSurvey evaluateGas( const State<Dim>& state, const bool surveys,
                 const Pack p = Pack::of( k, n );
                 const Lanes volume = load( V, p );
                 const Lanes energy = load( e, p );
-                const Lanes density = load( m, p ) / volume;
+                const Lanes mass = load( m, p );
+                const Lanes density = mass / volume;
                 const ThermodynamicState gas = formula( density, energy );
                 const Lanes sound = Kokkos::sqrt(
                     Kokkos::max( gas.sound_squared, Lanes( 0.0 ) ) );
@@ -66,7 +70,8 @@ GasSurvey evaluateGas( const State<Dim>& state, const bool surveys,
                     continue;
                 const auto u = loadVector<Dim>( v, p );
                 const Lanes speed = Kokkos::sqrt( dot<Dim>( u, u ) );
-                seen.look( p, speed, sound, volume, density, energy );
+                seen.look( p, speed, sound, volume, density, energy,
+                           heatOf( energy, volume, mass, reference ), least );
                 if ( viscosity.acts )
                     seen.lookAtViscosity(
                         p, sound + 2 * viscosity.speed( load( divergence, p ),
