@@ -26,10 +26,17 @@
 #include <cerrno>
 #include <charconv>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <new>
+#include <optional>
 #include <sstream>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <vector>
 
 namespace Machpoint
 {
@@ -73,17 +80,18 @@ const CLI::Validator whole_number(
     },
     "" );
 
-//! The root's input on every rank; a file that only its node has will do.
-Json loadShared( const Communicator& ranks, const std::string& file,
-                 const std::vector<std::string>& overrides )
+//! What `action` returns on the root, which alone calls it, on every rank; and
+//! its errors, which then end all alike. \throws InputError
+template <class Action>
+Json ofRoot( const Communicator& ranks, const Action& action )
 {
     if ( ranks.size() == 1 )
-        return loadInput( file, overrides );
+        return action();
     Json answer;
     if ( ranks.isRoot() )
         try
         {
-            answer["input"] = loadInput( file, overrides );
+            answer["result"] = action();
         }
         catch ( const InputError& error )
         {
@@ -95,7 +103,19 @@ Json loadShared( const Communicator& ranks, const std::string& file,
     answer = Json::parse( ranks.fromRoot( text ) );
     if ( answer.contains( "errors" ) )
         throw InputError( answer.at( "errors" ) );
-    return answer.at( "input" );
+    return answer.at( "result" );
+}
+
+//! Calls what the root alone does, likewise.
+template <class Action>
+void byRoot( const Communicator& ranks, const Action& action )
+{
+    ofRoot( ranks,
+            [&]
+            {
+                action();
+                return Json();
+            } );
 }
 
 //! What `action` returns; its errors, which show only when a scene is built,
@@ -116,6 +136,16 @@ auto named( const std::string& file, const Action& action )
     }
 }
 
+//! Validates an input, and warns.
+void check( const std::string& file, const std::vector<std::string>& overrides )
+{
+    const Json input = loadInput( file, overrides );
+    for ( const auto& warning :
+          named( file, [&] { return findWarnings( input ); } ) )
+        fmt::print( stderr, "{}: warning: {}\n", file, warning );
+    fmt::print( "{}: ok\n", file );
+}
+
 //! `run` and `check`, which have to have Kokkos.
 int execute( const Communicator& ranks, const CLI::App& app,
              const std::string& file, const std::vector<std::string>& overrides,
@@ -123,18 +153,14 @@ int execute( const Communicator& ranks, const CLI::App& app,
 {
     if ( app.got_subcommand( "run" ) )
     {
-        const Json input = loadShared( ranks, file, overrides );
+        // A file that only the root's node has will do.
+        const Json input =
+            ofRoot( ranks, [&] { return loadInput( file, overrides ); } );
         return named(
             file,
             [&] { return is_dry ? dryRun( input ) : run( input, options ); } );
     }
-    if ( !ranks.isRoot() )
-        return finished; // the root answers
-    const Json input = loadInput( file, overrides );
-    for ( const auto& warning :
-          named( file, [&] { return findWarnings( input ); } ) )
-        fmt::print( stderr, "{}: warning: {}\n", file, warning );
-    fmt::print( "{}: ok\n", file );
+    byRoot( ranks, [&] { check( file, overrides ); } );
     return finished;
 }
 
@@ -364,8 +390,8 @@ int runCommandLine( int argc, char** argv )
                 return failAlone( ranks, fault, wrong_input );
             code = execute( ranks, app, file, overrides, options, is_dry );
         }
-        else if ( ranks.isRoot() )
-            answer( app, file );
+        else
+            byRoot( ranks, [&] { answer( app, file ); } );
         return flushed( code );
     }
     catch ( const InputError& error )

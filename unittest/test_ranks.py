@@ -49,10 +49,12 @@ class RanksTest(unittest.TestCase):
                              running.ONE_THREAD)
 
     def assertAnswer(self, process, code, message):
-        """It ends with the code, and one rank says the message."""
+        """It ends with the code, and one rank says the message. Returns all that
+        was said."""
         stdout, stderr = process.communicate(timeout=60)
         self.assertEqual(process.returncode, code, stdout + stderr)
         self.assertEqual((stdout + stderr).count(message), 1, stdout + stderr)
+        return stdout + stderr
 
     def wait_for(self, process, count, pattern):
         running.wait_for(self, process, count, self.output, pattern)
@@ -98,14 +100,18 @@ class RanksTest(unittest.TestCase):
             self.assertLessEqual(seconds["sum"], 2 * seconds["largest"])
 
     def test_wrong_input(self):
+        # A rank that cannot reach the others would say which one it is.
         for arguments, message in [
                 (["run", self.output], "cannot be read"),
                 (["run", SOD, "--set", "method.basi=1"], "did you mean"),
                 (["check", self.output], "cannot be read"),
+                (["check", SOD, "--set", "method.basi=1"], "did you mean"),
                 (["describe", "slip_wal"], "did you mean"),
                 (["nonsense"], 'unknown command "nonsense"')]:
             with self.subTest(arguments=arguments):
-                self.assertAnswer(self.start(*arguments), WRONG_INPUT, message)
+                said = self.assertAnswer(self.start(*arguments), WRONG_INPUT,
+                                         message)
+                self.assertNotIn("rank 0: ", said)
 
     def test_a_signal_to_one_rank_stops_all(self):
         process = self.start("run", SOD, "--output", self.output,
