@@ -33,22 +33,27 @@ void requireAllProcesses( const Communicator& ranks )
             launched, ranks.size() ) } );
 }
 
+int threadCount()
+{
+    if ( const char* text = std::getenv( "KOKKOS_NUM_THREADS" ) )
+    {
+        int count = 0;
+        const char* end = text + std::strlen( text );
+        const auto [rest, error] = std::from_chars( text, end, count );
+        return error == std::errc() && rest == end ? count : 0;
+    }
+#ifdef _OPENMP
+    return omp_get_max_threads();
+#else
+    return 1;
+#endif
+}
+
 std::string faultOfThreads()
 {
     constexpr int most = 512; // of Kokkos' OpenMP
-    int count = 1;
+    const int count = threadCount();
     const char* text = std::getenv( "KOKKOS_NUM_THREADS" );
-    if ( text )
-    {
-        const char* end = text + std::strlen( text );
-        const auto [rest, error] = std::from_chars( text, end, count );
-        if ( error != std::errc() || rest != end )
-            count = 0;
-    }
-#ifdef _OPENMP
-    else
-        count = omp_get_max_threads();
-#endif
     return count >= 1 && count <= most
                ? ""
                : fmt::format( "{}: must be a number of threads from 1 to {}, "

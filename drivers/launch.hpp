@@ -19,6 +19,10 @@ namespace Machpoint
 //! of each other: each would do the whole run.
 void requireAllProcesses( const Communicator& ranks );
 
+//! The number of threads that Kokkos is to take here, and in processes that
+//! this one starts; 0 where KOKKOS_NUM_THREADS is no number.
+int threadCount();
+
 //! What is wrong with the number of threads that this process is to have, which
 //! Kokkos would abort or hang on; empty: nothing.
 std::string faultOfThreads();

@@ -5,6 +5,7 @@
 #include <drivers/study_laboratory.hpp>
 
 #include <drivers/input.hpp>
+#include <drivers/launch.hpp>
 #include <drivers/run.hpp>
 #include <drivers/study_effects.hpp>
 #include <drivers/study_error.hpp>
@@ -20,7 +21,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <utility>
 
 namespace fs = std::filesystem;
@@ -31,13 +31,12 @@ namespace Machpoint
 namespace
 {
 
-//! A run's name: FNV-1a over its input, the threads that it may use, what else
+//! A run's name: FNV-1a over its input, its number of threads, what else
 //! runs it than Machpoint, and what is read off it.
 std::string idOf( const StudyRun& run, const Json& probes )
 {
-    const char* threads = std::getenv( "OMP_NUM_THREADS" );
     const auto text =
-        fmt::format( "{} {}{}{}", run.input.dump(), threads ? threads : "",
+        fmt::format( "{} {}{}{}", run.input.dump(), threadCount(),
                      run.solver == Solver::finite_volume
                          ? fmt::format( " finite_volume {}", finite_volume_cfl )
                          : "",

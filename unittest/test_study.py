@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 import running
 from running import (FINISHED, IO_FAILURE, NUMERICAL_FAILURE, ONE_THREAD,
@@ -171,6 +172,21 @@ class Rows(StudyTest):
         (self.output / "study.json").write_text(json.dumps(study))
         self.study(path)
         self.assertEqual(self.result()["rows"][0]["status"], "finished")
+
+    def test_a_run_on_more_threads_is_another_one(self):
+        # KOKKOS_NUM_THREADS comes before OMP_NUM_THREADS.
+        path = self.write(vary=[{"grid.cells": [[20]]}], repeats=1)
+        made = set()
+        for variables, runs in [({"KOKKOS_NUM_THREADS": "1"}, 1),
+                                ({"OMP_NUM_THREADS": "1"}, 1),
+                                ({"KOKKOS_NUM_THREADS": "2"}, 2)]:
+            with self.subTest(**variables), unittest.mock.patch.dict(
+                    ONE_THREAD, variables):
+                self.study(path)
+                made.add(self.result()["rows"][0]["id"])
+                self.assertEqual(len(made), runs)
+                kept = list(self.output.glob("runs/*/summary.json"))
+                self.assertEqual(len(kept), runs)
 
     def test_finite_volumes_beside_particles(self):
         path = self.write(vary=[{"grid.cells": [[40]]},
