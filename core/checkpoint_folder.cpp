@@ -19,14 +19,6 @@ namespace Machpoint
 namespace
 {
 
-bool isCheckpoint( const fs::path& file )
-{
-    const auto stem = file.stem().string();
-    return file.extension() == ".h5" && stem.size() >= 8 &&
-           std::all_of( stem.begin(), stem.end(),
-                        []( const char c ) { return c >= '0' && c <= '9'; } );
-}
-
 //! The checkpoints of a folder, the newest first. \param ending of their names
 std::vector<fs::path> listCheckpoints( const fs::path& folder,
                                        const std::string& ending = "" )
@@ -36,9 +28,9 @@ std::vector<fs::path> listCheckpoints( const fs::path& folder,
     for ( fs::directory_iterator entry( folder, error ), end;
           !error && entry != end; entry.increment( error ) )
         if ( auto file = entry->path();
-             ending.empty() ? isCheckpoint( file )
+             ending.empty() ? isStepFile( file )
                             : file.extension() == ending &&
-                                  isCheckpoint( file.replace_extension() ) )
+                                  isStepFile( file.replace_extension() ) )
             list.push_back( entry->path() );
     if ( error && error != std::errc::no_such_file_or_directory )
         throw IoError( folder, "cannot list the directory", error.value() );

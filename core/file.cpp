@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -130,6 +131,14 @@ fs::path temporaryName( const fs::path& target )
 {
     return target.string() + ".tmp";
 }
+bool isStepFile( const fs::path& file )
+{
+    const auto stem = file.stem().string();
+    return file.extension() == ".h5" && stem.size() >= 8 &&
+           std::all_of( stem.begin(), stem.end(),
+                        []( const char c ) { return c >= '0' && c <= '9'; } );
+}
+
 
 void writeFile( const fs::path& target, const void* data,
                 const std::size_t size )

@@ -96,6 +96,10 @@ void onRoot( const Communicator& ranks, Action&& action )
               } );
 }
 
+//! Is it called as what a run writes at a step: `<step>.h5`, with eight digits
+//! or more?
+bool isStepFile( const std::filesystem::path& file );
+
 //! The name under which a file is written before it is whole: `<target>.tmp`.
 std::filesystem::path temporaryName( const std::filesystem::path& target );
 

@@ -57,14 +57,6 @@ constexpr const char* step_folders[] = { "particles", "grid", "exact",
                                          "checkpoints" };
 constexpr const char* series_folder = "series";
 
-bool isStepFile( const fs::path& file )
-{
-    const auto stem = file.stem().string();
-    return file.extension() == ".h5" && stem.size() >= 8 &&
-           std::all_of( stem.begin(), stem.end(),
-                        []( char c ) { return c >= '0' && c <= '9'; } );
-}
-
 bool isSeriesFile( const fs::path& file )
 {
     return file.extension() == ".csv";
