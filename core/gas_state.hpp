@@ -1,6 +1,7 @@
 /*!
   \file gas_state.hpp
-  \brief The state of a gas at a place, as inputs give it; host only.
+  \brief Vectors and the state of a gas at a place, as inputs give them; host
+  only.
 */
 #ifndef MACHPOINT_GAS_STATE_HPP
 #define MACHPOINT_GAS_STATE_HPP
@@ -19,6 +20,16 @@ struct GasState
     Vector3 velocity;
     double pressure;
 };
+
+//! Vector from a resolved input array. \param json [Dim] numbers
+template <int Dim>
+Vector<Dim> toVector( const Json& json )
+{
+    Vector<Dim> x{};
+    for ( int d = 0; d < Dim; ++d )
+        x[d] = json.at( d ).get<Real>();
+    return x;
+}
 
 //! Up to three numbers of an input as a vector, zeros behind them; zeros if
 //! null.

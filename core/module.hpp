@@ -154,16 +154,6 @@ class EquationOfState : public Module<Dim>
     virtual PressureResponse response() const = 0;
 };
 
-//! Vector from a resolved input array. \param json [Dim] numbers
-template <int Dim>
-Vector<Dim> toVector( const Json& json )
-{
-    Vector<Dim> x{};
-    for ( int d = 0; d < Dim; ++d )
-        x[d] = json.at( d ).get<Real>();
-    return x;
-}
-
 } // namespace Machpoint
 
 #endif

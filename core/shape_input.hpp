@@ -5,6 +5,7 @@
 #ifndef MACHPOINT_SHAPE_INPUT_HPP
 #define MACHPOINT_SHAPE_INPUT_HPP
 
+#include <core/gas_state.hpp>
 #include <core/parameters.hpp>
 #include <core/shape.hpp>
 
@@ -19,19 +20,6 @@
 
 namespace Machpoint
 {
-
-/*!
-  \brief A point of the input as a vector.
-  \param point [Dim] numbers.
-*/
-template <int Dim>
-Vector<Dim> shapePoint( const Json& point )
-{
-    Vector<Dim> result;
-    for ( int d = 0; d < Dim; ++d )
-        result[d] = point.at( d ).get<Real>();
-    return result;
-}
 
 /*!
   \brief The outline of a NACA 4-digit aerofoil, counter-clockwise from the
@@ -55,7 +43,7 @@ inline std::vector<Vector<2>> naca4Outline( const Json& resolved )
     const Real chord = resolved.at( "chord" ).get<Real>();
     const Real angle =
         resolved.at( "angle" ).get<Real>() * std::numbers::pi / 180;
-    const auto nose = shapePoint<2>( resolved.at( "leading_edge" ) );
+    const auto nose = toVector<2>( resolved.at( "leading_edge" ) );
 
     // side: 1 above the camber line, -1 below it
     const auto vertex = [&]( Real x, int side ) -> Vector<2>
@@ -169,7 +157,7 @@ Shape<Dim, Memory> makeShape( const Json& resolved )
         if ( type == "sphere" )
         {
             solids.push_back( { Kind::sphere,
-                                shapePoint<Dim>( shape.at( "center" ) ),
+                                toVector<Dim>( shape.at( "center" ) ),
                                 {},
                                 shape.at( "radius" ).get<Real>(),
                                 0,
@@ -178,22 +166,22 @@ Shape<Dim, Memory> makeShape( const Json& resolved )
         }
         if ( type == "box" )
         {
-            solids.push_back(
-                { Kind::box, shapePoint<Dim>( shape.at( "lower" ) ),
-                  shapePoint<Dim>( shape.at( "upper" ) ), 0, 0, 0 } );
+            solids.push_back( { Kind::box, toVector<Dim>( shape.at( "lower" ) ),
+                                toVector<Dim>( shape.at( "upper" ) ), 0, 0,
+                                0 } );
             return;
         }
         if ( type == "half_space" )
         {
-            auto normal = shapePoint<Dim>( shape.at( "normal" ) );
+            auto normal = toVector<Dim>( shape.at( "normal" ) );
             Real square = 0;
             for ( int d = 0; d < Dim; ++d )
                 square += normal[d] * normal[d];
             for ( int d = 0; d < Dim; ++d )
                 normal[d] /= std::sqrt( square );
             solids.push_back( { Kind::half_space,
-                                shapePoint<Dim>( shape.at( "point" ) ), normal,
-                                0, 0, 0 } );
+                                toVector<Dim>( shape.at( "point" ) ), normal, 0,
+                                0, 0 } );
             return;
         }
         if constexpr ( Dim == 2 )
@@ -202,7 +190,7 @@ Shape<Dim, Memory> makeShape( const Json& resolved )
             {
                 std::vector<Vector<2>> outline;
                 for ( const Json& point : shape.at( "vertices" ) )
-                    outline.push_back( shapePoint<2>( point ) );
+                    outline.push_back( toVector<2>( point ) );
                 addPolygon( outline );
                 return;
             }
@@ -342,7 +330,7 @@ inline void checkShape( const Json& resolved, const std::string& where,
     {
         std::vector<Vector<2>> outline;
         for ( const Json& point : resolved.at( "vertices" ) )
-            outline.push_back( shapePoint<2>( point ) );
+            outline.push_back( toVector<2>( point ) );
         report( "vertices", outlineError( outline ) );
     }
     else if ( type == "naca4" )

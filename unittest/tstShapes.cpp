@@ -63,7 +63,7 @@ std::vector<Vector<2>> toOutline( const Json& vertices )
 {
     std::vector<Vector<2>> outline;
     for ( const Json& vertex : vertices )
-        outline.push_back( shapePoint<2>( vertex ) );
+        outline.push_back( toVector<2>( vertex ) );
     return outline;
 }
 
@@ -170,7 +170,7 @@ void testSphere()
 {
     const Json json = sphereJson<Dim>();
     const auto sphere = hostShape<Dim>( json );
-    const auto center = shapePoint<Dim>( json["center"] );
+    const auto center = toVector<Dim>( json["center"] );
     const auto points = randomPoints<Dim>( 1000, -2, 2, 11 );
     for ( const auto& x : points )
         EXPECT_NEAR( sphere.distance( x ),
@@ -209,8 +209,8 @@ void testBox()
 {
     const Json json = boxJson<Dim>();
     const auto box = hostShape<Dim>( json );
-    const auto lower = shapePoint<Dim>( json["lower"] );
-    const auto upper = shapePoint<Dim>( json["upper"] );
+    const auto lower = toVector<Dim>( json["lower"] );
+    const auto upper = toVector<Dim>( json["upper"] );
     const auto points = randomPoints<Dim>( 2000, -2, 2.5, 12 );
     int inside = 0;
     for ( const auto& x : points )
