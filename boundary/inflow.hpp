@@ -10,6 +10,11 @@
 #include <core/node_list.hpp>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
 
 namespace Machpoint
 {

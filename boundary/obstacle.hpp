@@ -10,6 +10,10 @@
 #include <core/node_list.hpp>
 #include <core/shape_input.hpp>
 
+#include <string>
+#include <utility>
+#include <vector>
+
 namespace Machpoint
 {
 

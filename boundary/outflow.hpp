@@ -9,6 +9,8 @@
 #include <core/node_list.hpp>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 namespace Machpoint
 {

@@ -7,6 +7,8 @@
 
 #include <boundary/side.hpp>
 
+#include <vector>
+
 namespace Machpoint
 {
 

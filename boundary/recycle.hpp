@@ -10,6 +10,9 @@
 #include <boundary/stream.hpp>
 #include <core/random.hpp>
 
+#include <string>
+#include <vector>
+
 namespace Machpoint
 {
 

@@ -8,6 +8,8 @@
 
 #include <boundary/side.hpp>
 
+#include <vector>
+
 namespace Machpoint
 {
 

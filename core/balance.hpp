@@ -14,6 +14,7 @@
 #include <core/particles.hpp>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace Machpoint

@@ -14,6 +14,7 @@
 #include <bit>
 #include <memory>
 #include <span>
+#include <variant>
 
 namespace fs = std::filesystem;
 

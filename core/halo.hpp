@@ -19,6 +19,9 @@
 #include <core/node_list.hpp>
 #include <core/sides.hpp>
 
+#include <stdexcept>
+#include <vector>
+
 namespace Machpoint
 {
 

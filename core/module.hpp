@@ -13,9 +13,6 @@
 #include <core/series.hpp>
 #include <core/state.hpp>
 
-#include <string>
-#include <vector>
-
 namespace Machpoint
 {
 

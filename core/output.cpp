@@ -7,6 +7,7 @@
 #include <core/parameters.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>

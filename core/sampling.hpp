@@ -10,6 +10,8 @@
 #include <core/simulation.hpp>
 #include <core/transfer.hpp>
 
+#include <vector>
+
 namespace Machpoint
 {
 

@@ -7,6 +7,10 @@
 
 #include <core/registry.hpp>
 
+#include <memory>
+#include <string>
+#include <vector>
+
 namespace Machpoint
 {
 

@@ -15,8 +15,12 @@
 #include <core/simulation.hpp>
 #include <core/sorting.hpp>
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
+#include <vector>
 
 namespace Machpoint
 {

@@ -12,8 +12,12 @@
 #include <core/profile.hpp>
 #include <core/scene_run.hpp>
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
 namespace Machpoint
 {

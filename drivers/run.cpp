@@ -21,9 +21,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <variant>
 
 namespace fs = std::filesystem;
 

@@ -12,6 +12,8 @@
 #include <drivers/run.hpp>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <set>
 

@@ -8,8 +8,6 @@
 
 #include <core/conservative/faces.hpp>
 
-#include <vector>
-
 namespace Machpoint
 {
 namespace Impl

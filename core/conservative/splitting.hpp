@@ -11,6 +11,7 @@
 #include <core/soundness.hpp>
 
 #include <algorithm>
+#include <vector>
 
 namespace Machpoint
 {
