@@ -7,6 +7,7 @@
 #define MACHPOINT_CONSERVATIVE_CONDUCTION_HPP
 
 #include <core/pair_exchange.hpp>
+#include <core/soundness.hpp>
 #include <core/transfer.hpp>
 
 namespace Machpoint
@@ -87,7 +88,7 @@ void conductHeat( State<Dim>& state, NodeSum& heat )
             MACHPOINT_INLINE {
                 const Lanes energy = load( e, p );
                 const Lanes own =
-                    energy - reference * load( V, p ) / load( m, p );
+                    heatOf( energy, load( V, p ), load( m, p ), reference );
                 const Lanes part = load( share, p );
                 PairExchange pairs;
                 forEachNode( s, layout,

@@ -375,9 +375,9 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
             }
             if ( conducts )
                 store( conducted,
-                       conductedHeat<Dim>( conduction, affine, loss,
-                                           old_e - reference * volume /
-                                                       load( m, p ) ),
+                       conductedHeat<Dim>(
+                           conduction, affine, loss,
+                           heatOf( old_e, volume, load( m, p ), reference ) ),
                        p );
             volume =
                 Kokkos::max( Lanes( volume + old_V * ( dt * g.expansion ) ),

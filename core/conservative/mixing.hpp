@@ -327,8 +327,9 @@ void depositHeat( const State<Dim>& state, const Share& share,
             Products<ValueTerms<2>, Dim, Lanes> terms;
             const Lanes mass = load( m, p );
             terms.value[0] = mass * part;
-            terms.value[1] = terms.value[0] *
-                             ( load( e, p ) - reference * load( V, p ) / mass );
+            terms.value[1] =
+                terms.value[0] *
+                heatOf( load( e, p ), load( V, p ), mass, reference );
             addProducts( accessTo( sums.thread(), p, s, layout ), p, s, layout,
                          s.w, terms );
         },
@@ -373,7 +374,8 @@ void mixHeat( const State<Dim>& state, const Real strength, NodeSum& heat )
             const Stencil<Basis, Dim, Lanes> s( grid, layout,
                                                 loadVector<Dim>( x, p ) );
             const Lanes energy = load( e, p );
-            const Lanes own = energy - reference * load( V, p ) / load( m, p );
+            const Lanes own =
+                heatOf( energy, load( V, p ), load( m, p ), reference );
             Lanes change = zero;
             forEachNode( s, layout,
                          [&]( const auto& i ) MACHPOINT_INLINE
