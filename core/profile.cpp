@@ -1,6 +1,7 @@
 #include <core/profile.hpp>
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 namespace Machpoint
@@ -47,6 +48,19 @@ void finishKernels()
 {
     if ( !std::exchange( is_idle, true ) )
         ExecutionSpace().fence( "Machpoint::Profile" );
+}
+
+// In a destructor. What has gone wrong on the device the next call to Kokkos
+// tells; an error that leaves one would end the program without a word.
+void finishKernelsQuietly() noexcept
+{
+    try
+    {
+        finishKernels();
+    }
+    catch ( const std::exception& )
+    {
+    }
 }
 
 void countKernel()
@@ -159,7 +173,7 @@ Profile::Phase::Phase( const std::string_view name )
 
 Profile::Phase::~Phase()
 {
-    finishKernels();
+    finishKernelsQuietly();
     const double seconds = _timer.seconds();
     ++phase_entries[_entry].calls;
     phase_entries[_entry].seconds += seconds;
@@ -178,7 +192,7 @@ Profile::Effect::Effect( const std::string_view name )
 
 Profile::Effect::~Effect()
 {
-    finishKernels();
+    finishKernelsQuietly();
     ++effect_entries[_entry].calls;
     effect_entries[_entry].seconds += _timer.seconds();
     current_effect = _outer;

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <thread>
 
 namespace
@@ -713,6 +714,42 @@ TEST( Effects, timeOfAnInnerPhaseIsItsOwn )
     EXPECT_EQ( Profile::phases().size(), 2u );
     EXPECT_GT( sum, 4e-3 );
     EXPECT_LE( sum, all );
+}
+
+//! A kernel that does nothing.
+void launchNothing()
+{
+    Kokkos::parallel_for( "nothing", Range( 0, 1 ),
+                          KOKKOS_LAMBDA( const int ){} );
+}
+
+// A GPU's error shows in the fence of a destructor, perhaps while another error
+// is on its way: that must not end the program before it is told.
+TEST( Effects, aFailingDeviceDoesNotEndTheProgram )
+{
+    const RestoredCallbacks restored;
+    Profile::start();
+    auto fail = []
+    {
+        launchNothing();
+        Kokkos::Tools::Experimental::set_begin_fence_callback(
+            []( const char*, const std::uint32_t, std::uint64_t* )
+            { throw std::runtime_error( "the device fails" ); } );
+    };
+    {
+        const Profile::Phase phase( "phase" );
+        fail();
+    }
+    Kokkos::Tools::Experimental::set_begin_fence_callback( nullptr );
+    {
+        const Profile::Effect effect( "effect" );
+        fail();
+    }
+    for ( const auto* entries : { &Profile::phases(), &Profile::effects() } )
+    {
+        ASSERT_EQ( entries->size(), 1u );
+        EXPECT_EQ( entries->front().calls, 1 );
+    }
 }
 
 // Conduction looks for friction; only gas that has felt some conducts heat.
