@@ -39,9 +39,12 @@ std::string remedy( int error )
 class OpenFile
 {
   public:
-    OpenFile( const fs::path& target, const int flags )
+    //! \param is_others is it there whatever happens here?
+    OpenFile( const fs::path& target, const int flags,
+              const bool is_others = false )
         : _target( target ), _temporary( temporaryName( target ) ),
-          _file( ::open( _temporary.c_str(), flags | O_CLOEXEC, 0666 ) )
+          _file( ::open( _temporary.c_str(), flags | O_CLOEXEC, 0666 ) ),
+          _is_others( is_others )
     {
         if ( _file < 0 )
             throw IoError( target, "cannot create the file", errno );
@@ -52,7 +55,7 @@ class OpenFile
     {
         if ( _file >= 0 )
             ::close( _file );
-        if ( !_kept )
+        if ( !_kept && !_is_others )
             ::unlink( _temporary.c_str() );
     }
 
@@ -113,6 +116,7 @@ class OpenFile
     fs::path _target;
     fs::path _temporary;
     int _file;
+    bool _is_others;
     bool _kept = false;
 };
 
@@ -127,10 +131,6 @@ IoError::IoError( const fs::path& file, const std::string& operation,
 {
 }
 
-fs::path temporaryName( const fs::path& target )
-{
-    return target.string() + ".tmp";
-}
 bool isStepFile( const fs::path& file )
 {
     const auto stem = file.stem().string();
@@ -139,6 +139,10 @@ bool isStepFile( const fs::path& file )
                         []( const char c ) { return c >= '0' && c <= '9'; } );
 }
 
+fs::path temporaryName( const fs::path& target )
+{
+    return target.string() + ".tmp";
+}
 
 void writeFile( const fs::path& target, const void* data,
                 const std::size_t size )
@@ -157,14 +161,14 @@ void requireRoom( const fs::path& target, const std::size_t size )
 
 void reserveFile( const fs::path& target, const std::size_t size )
 {
-    OpenFile file( target, O_WRONLY );
+    OpenFile file( target, O_WRONLY, true );
     file.reserve( FALLOC_FL_KEEP_SIZE, size );
     file.close();
 }
 
 void requireReachable( const fs::path& target )
 {
-    OpenFile( target, O_WRONLY ).close();
+    OpenFile( target, O_WRONLY, true ).close();
 }
 
 void emptyTemporary( const fs::path& target )

@@ -118,11 +118,11 @@ void writeFile( const std::filesystem::path& target, const void* data,
 */
 void requireRoom( const std::filesystem::path& target, std::size_t size );
 
-//! The same for a file that is there, and stays as long as it is.
-//! \throws IoError
+//! The same for a file that is there, and stays as long as it is. \throws
+//! IoError, and then it is still there: HDF5 may have it open.
 void reserveFile( const std::filesystem::path& target, std::size_t size );
 
-//! Can this rank write to the file of the temporary name, too?
+//! Can this rank write to the file of the temporary name, too? That stays.
 //! \throws IoError
 void requireReachable( const std::filesystem::path& target );
 
