@@ -177,7 +177,7 @@ class Inflow : public SideBoundary<Dim>
             return;
 
         const int old = state.particles.size();
-        state.particles.resize( old + count );
+        state.particles.resize( static_cast<std::size_t>( old ) + count );
         const auto x = state.particles.template slice<Position>();
         const auto v = state.particles.template slice<Velocity>();
         const auto L = state.particles.template slice<VelocityGradient>();

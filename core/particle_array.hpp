@@ -10,7 +10,11 @@
 #include <core/types.hpp>
 
 #include <cstddef>
+#include <limits>
+#include <stdexcept>
+#include <string>
 #include <type_traits>
+#include <utility>
 
 namespace Machpoint
 {
@@ -49,6 +53,11 @@ struct Scratch
     void* data;        //!< on the device
     std::size_t bytes; //!< of all of it
 };
+
+//! Particles that a rank can hold: rows are ints, and the last tile may be
+//! longer than what is in it.
+inline constexpr std::size_t most_particles =
+    std::numeric_limits<int>::max() - 4096;
 
 namespace Impl
 {
@@ -106,9 +115,17 @@ void putTuples( const AoSoA& aosoa, const std::size_t first,
 
 //! Resizes with spare room, so that an open scene does not reallocate every
 //! time a few particles enter.
+//! \throws std::length_error beyond most_particles
 template <class AoSoA>
 void resizeWithSlack( AoSoA& aosoa, const std::size_t n )
 {
+    if ( n > most_particles )
+        throw std::length_error(
+            aosoa.label() + ": " + std::to_string( n ) +
+            " particles on one rank are more than the " +
+            std::to_string( most_particles ) +
+            " that it can hold; take more ranks, or fewer cells or particles "
+            "per cell" );
     if ( n > aosoa.capacity() && aosoa.size() > 0 )
         aosoa.reserve( n + n / 4 );
     aosoa.resize( n );

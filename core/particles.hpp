@@ -48,7 +48,7 @@ class Particles
 
     //! Changes the number of particles; existing ones keep their data.
     //! \param clears are sidecars of new ones zero? Else the caller writes
-    //! them.
+    //! them. \throws std::length_error beyond most_particles
     void resize( const std::size_t n, const bool clears = true )
     {
         Impl::resizeWithSlack( _aosoa, n );
@@ -277,8 +277,8 @@ class Particles
     {
         const int first = size();
         const int count = static_cast<int>( rows.extent( 0 ) );
+        resize( _aosoa.size() + rows.extent( 0 ), false );
         const auto copies = Impl::rowsFrom( _sequence, first, count );
-        resize( first + count, false );
         Impl::moveTuples( _aosoa, rows, copies, count );
         for ( auto& sidecar : _sidecars )
             sidecar->move( rows, copies, count );
@@ -441,7 +441,7 @@ class Particles
         migration.exchange();
         remove( rows );
         const int kept = size();
-        resize( kept + migration.arriving(), false );
+        resize( _aosoa.size() + migration.arriving(), false );
         migration.unpack( _aosoa, kept );
         for ( const auto& sidecar : _sidecars )
             sidecar->unpack( migration, kept );

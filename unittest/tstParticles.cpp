@@ -331,6 +331,27 @@ TEST( Particles, noTwoSidecarsHaveOneLabel )
                   std::logic_error );
 }
 
+// Rows are ints: more would be negative ones.
+TEST( Particles, noRankHasMoreThanItCanCount )
+{
+    Particles<1> particles;
+    particles.resize( 2 );
+    try
+    {
+        particles.resize( std::size_t{ 1 } << 31 );
+        FAIL() << "took 2^31 particles";
+    }
+    catch ( const std::length_error& error )
+    {
+        const std::string message = error.what();
+        EXPECT_NE( message.find( "2147483648 particles on one rank" ),
+                   std::string::npos )
+            << message;
+        EXPECT_NE( message.find( "take more ranks" ), std::string::npos );
+    }
+    EXPECT_EQ( particles.size(), 2 );
+}
+
 // So do what kernels have written beside the old state, whether the step that
 // is taken back has ended or not, and what it was to change with it.
 TEST( Particles, restoringGivesBackTheOldState )
