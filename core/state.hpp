@@ -67,7 +67,7 @@ enum FlowMember : std::size_t
 };
 
 //! What the integrator `midpoint` remembers of a particle's last step; zero for
-//! one that has just entered.
+//! one that has just entered. (docs/conservative.md has D, bar D and D_h.)
 template <int Dim>
 using DriftMembers = Cabana::MemberTypes<Deviation[Dim], Deviation, Deviation>;
 
@@ -75,8 +75,8 @@ using DriftMembers = Cabana::MemberTypes<Deviation[Dim], Deviation, Deviation>;
 enum DriftMember : std::size_t
 {
     ExtraVelocity, //!< velocity of motion less v [Dim], length/time
-    LastExpansion, //!< D of the last step, 1/time
-    NextExpansion  //!< D over the filling of its v', 1/time
+    LastExpansion, //!< bar D of the last step, which did its work, 1/time
+    NextExpansion  //!< D_h, over the filling, of its v', 1/time
 };
 
 //! Artificial viscosity q = phi rho h |D| (c1 c + c2 h |D|) of gas that is

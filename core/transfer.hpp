@@ -314,8 +314,8 @@ void forEachDeposit( const char* label, const State<Dim>& state,
         Impl::DepositOfPlaced<Body>{ body } );
 }
 
-//! What particles add first: mass, momentum, and a term for each axis, which is
-//! the force or, of `conservative`, theta.
+//! What particles add first: mass, momentum, and the force along each axis.
+//! (`conservative` has ConservativeTerms.)
 template <int Dim, bool Affine>
 struct MomentTerms
 {

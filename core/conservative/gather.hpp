@@ -27,9 +27,9 @@ struct Gathered
     Number squares{ 0.0 };            //!< sum w (|phi - v|^2 +
                                       //!< beta (2 - beta) |v_i - u_i|^2)
     VectorOf<Dim, Number> ahead{};    //!< sum w v'_i
-    Number expansion{ 0.0 };          //!< D over the filling of the mean
-                                      //!< velocity
-    Number next{ 0.0 };               //!< the same of v'
+    Number expansion{ 0.0 };          //!< bar D: over the filling, of the
+                                      //!< mean of v_i and v'_i
+    Number next{ 0.0 };               //!< D_h: the same of v'
     Number filling{ 0.0 };            //!< sum over axes and faces of
                                       //!< w (theta - 1)
     VectorOf<Dim, Number> crowding{}; //!< h times the gradient of theta
@@ -129,7 +129,7 @@ struct Gathered
   \brief Rate at which a particle's volume returns to what space there is
   (docs/conservative.md, section 7), for kd = 1.
   \param excess r - 1: filling of space around the particle, less 1
-  \param expansion D, 1/time
+  \param expansion bar D, 1/time
   \param gradient |C|_F, 1/time
   \param fastest c / 4h, above which a rate acts in full, 1/time
   \return relative loss of volume, 1/time
@@ -228,7 +228,7 @@ conductedHeat( const Real strength, const VectorOf<Dim, Lanes> ( &C )[Dim],
   \brief G2P of `conservative`.
 
   v' = sum w phi, C' = sum w phi (x_i - x)^T / moment,
-  e' = e - dt (p + q) V D / m + loss, V' = V_start + dt V D,
+  e' = e - dt (p + q) V bar D / m + loss, V' = V_start + dt V bar D,
   x' = x + part dt sum w v', where all of the step (symplectic) or half of it
   (midpoint, after HalfStep) is still to go.
 

@@ -39,10 +39,10 @@ struct WorkingGas
 
     /*!
       \brief p + q after `ahead` of isentropic change, and q's heat:
-      p + K (J^-g - 1) - gruneisen ahead q D + q with K = rho c^2 / g and
-      J = max(.4, 1 + ahead D). A pressure below vacuum is vacuum's, p - K.
+      p + K ((1 + a)^-g - 1) - gruneisen q a + q with K = rho c^2 / g and
+      a = max(-.6, ahead D_h). A pressure below vacuum is vacuum's, p - K.
       \param p, density, sound the particle's at the step's start
-      \param expansion D over the filling, 1/time
+      \param expansion D_h, 1/time
     */
     KOKKOS_FORCEINLINE_FUNCTION Lanes pressure( const Lanes& p, const Lanes& q,
                                                 const Lanes& density,
