@@ -48,7 +48,7 @@ class Halo
         bool is_cut = false;
         for ( int d = 0; d < Dim; ++d )
         {
-            if ( decomposition.ranks()[d] == 1 )
+            if ( decomposition.ranks()[d] <= 1 ) // 0: none given
                 continue;
             is_cut = true;
             connect( d, decomposition );
