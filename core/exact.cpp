@@ -156,9 +156,13 @@ class PistonExact : public ExactSolution
 
     GasState state( const Vector3& x, double t ) const override
     {
-        const double distance = dot<3>( _axis, x ) - _position;
-        const double speed = std::max( raySpeed( distance, t ), _velocity );
+        const double speed = std::max( rayTo( x, t ), _velocity );
         return reflect( _solution.sample( speed ), _axis );
+    }
+
+    bool hasGas( const Vector3& x, double t ) const override
+    {
+        return rayTo( x, t ) >= _velocity;
     }
 
   private:
@@ -166,6 +170,11 @@ class PistonExact : public ExactSolution
     double _position;
     double _velocity;
     RiemannSolution _solution;
+
+    double rayTo( const Vector3& x, double t ) const
+    {
+        return raySpeed( dot<3>( _axis, x ) - _position, t );
+    }
 
     static GasState mirrored( GasState gas, double piston_velocity )
     {

@@ -87,13 +87,24 @@ class ExactDoubts
         return "";
     }
 
-    //! The exact gas.
-    GasState at( const Vector<Dim>& x, const double t ) const
+    static Vector3 inSpace( const Vector<Dim>& x )
     {
         Vector3 place{};
         for ( int d = 0; d < Dim; ++d )
             place[d] = x[d];
-        return _exact->state( place, t );
+        return place;
+    }
+
+    //! The exact gas.
+    GasState at( const Vector<Dim>& x, const double t ) const
+    {
+        return _exact->state( inSpace( x ), t );
+    }
+
+    //! Behind a piston there is none, whatever \c at says.
+    bool hasGas( const Vector<Dim>& x, const double t ) const
+    {
+        return _exact->hasGas( inSpace( x ), t );
     }
 
     //! Is it, or as good as, a vacuum?
@@ -155,7 +166,7 @@ class ExactDoubts
             {
                 const auto x = _samples.center( i );
                 Gradient gradient;
-                if ( !found && !isInBody( x ) &&
+                if ( !found && !isInBody( x ) && hasGas( x, 0 ) &&
                      !areSame( at( x, 0 ), initial.at( x, gradient ) ) &&
                      isSmooth( x ) )
                     found = x;
@@ -171,7 +182,7 @@ class ExactDoubts
             [&]( const Indices<Dim>& i, int )
             {
                 const auto x = _samples.center( i );
-                if ( !found.empty() || isInBody( x ) )
+                if ( !found.empty() || isInBody( x ) || !hasGas( x, t ) )
                     return;
                 for ( int side = 0; side < 2 * Dim && found.empty(); ++side )
                     if ( i[side / 2] ==
@@ -194,7 +205,7 @@ class ExactDoubts
         const int axis = side / 2;
         x[axis] = side % 2 ? grid.upper[axis] : grid.lower[axis];
         const auto gas = at( x, t );
-        if ( isNothing( gas ) )
+        if ( !hasGas( x, t ) || isNothing( gas ) )
             return true;
         if ( _periods[axis] > 0 )
         {

@@ -686,6 +686,13 @@ TEST( Exact, PistonShock )
         expectEqual( exact->state( { 0, 0, 0 }, t ), behind,
                      1e-12 * behind.density, 1e-12 * shock,
                      1e-12 * behind.pressure );
+        const auto hasGas = [&]( const double x, const double time ) {
+            return exact->hasGas( { position + x, 0, 0 }, time );
+        };
+        EXPECT_FALSE( hasGas( -1e-9, 0 ) );
+        EXPECT_TRUE( hasGas( 1e-9, 0 ) );
+        EXPECT_FALSE( hasGas( 0.999 * v * t, t ) );
+        EXPECT_TRUE( hasGas( 1.001 * v * t, t ) );
     }
 }
 

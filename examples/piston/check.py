@@ -15,6 +15,8 @@ import numpy as np
 
 program, source, output = sys.argv[1:]
 output = pathlib.Path(output)
+told = subprocess.run([program, "check", source], check=True, text=True,
+                      stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 subprocess.run([program, "run", source, "--output", output, "--overwrite", "--quiet"],
                check=True)
 
@@ -81,5 +83,6 @@ subprocess.run([program, "study", study, "--output", output / "study"],
 rows = json.loads((output / "study" / "study.json").read_text())["rows"]
 force = rows[-1]["values"]["piston.force"]
 check("mean force of 150 cells, relative error", force / pressure - 1, 0.03)
+check("warnings of the input", told.stderr.count("warning"), 0)
 check("particles behind the face", np.count_nonzero(position < face), 0)
 sys.exit(failures > 0)
