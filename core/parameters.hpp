@@ -256,6 +256,12 @@ Json resolve( const Json& input, const Parameters& parameters,
               const std::string& file, std::vector<std::string>& errors );
 
 /*!
+  \brief What is wrong with the defaults of a declaration, as "/gain: must be >
+  0, got -1". Those that choose from a family are left to \c resolve.
+*/
+std::vector<std::string> wrongDefaults( const Parameters& parameters );
+
+/*!
   \brief Change one value of an input by its path.
 
   The path must lead to a list entry that exists, or to a key, new or not, of

@@ -77,10 +77,26 @@ class Resolver
         return resolved;
     }
 
+    //! The defaults of keys, and of those of objects in them. A family may
+    //! hold the type whose keys these are: it is not asked for.
+    void defaults( const Parameters& parameters, const std::string& path )
+    {
+        for ( const auto& key : parameters.keys() )
+        {
+            const auto place = path + pointerStep( key.name );
+            if ( key.kind == Kind::Object )
+                defaults( *key.nested, place );
+            else if ( key.default_value && key.kind != Kind::OneOf &&
+                      key.kind != Kind::ListOf )
+                value( *key.default_value, key, parameters.dimension(), place );
+        }
+    }
+
   private:
     void fail( const std::string& path, const std::string& message )
     {
-        _errors.push_back( fmt::format( "{}: {}: {}", _file,
+        _errors.push_back( fmt::format( "{}{}{}: {}", _file,
+                                        _file.empty() ? "" : ": ",
                                         path.empty() ? "/" : path, message ) );
     }
 
@@ -321,6 +337,14 @@ Json resolve( const Json& input, const Parameters& parameters,
               const std::string& file, std::vector<std::string>& errors )
 {
     return Resolver( file, errors ).object( input, parameters, "", false );
+}
+
+std::vector<std::string> wrongDefaults( const Parameters& parameters )
+{
+    std::vector<std::string> errors;
+    const std::string no_file;
+    Resolver( no_file, errors ).defaults( parameters, "" );
+    return errors;
 }
 
 } // namespace Machpoint

@@ -49,6 +49,9 @@ Parameters checkedDeclaration( const std::string& type, Parameters declared )
     for ( const auto& key : declared.keys() )
         if ( const auto fault = faultOfKey( key ); !fault.empty() )
             throw std::logic_error( fault );
+    // Told here, lest an input that leaves the key out be blamed.
+    for ( const auto& fault : wrongDefaults( declared ) )
+        throw std::logic_error( "a default is wrong: " + fault );
     return declared;
 }
 

@@ -43,7 +43,17 @@ class Heater : public Module<Dim>
         p.text( "name", "of its series" ).defaultsTo( "heat" );
         p.number( "glow", "a part of it" )
             .switches( "glow of heat", 0 )
-            .defaultsTo( 1 );
+            .atLeast( 0 )
+            .defaultsTo( mistake == "number"  ? Json( "text" )
+                         : mistake == "range" ? Json( -1 )
+                                              : Json( 1 ) );
+        p.choice( "of", { "gas", "coal" }, "what burns" )
+            .defaultsTo( mistake == "choice" ? "caol" : "coal" );
+        p.vector( "at", "centre" )
+            .defaultsTo(
+                mistake == "vector"
+                    ? Json( 0 )
+                    : Json( std::vector( dimension ? dimension : 1, 0.0 ) ) );
         if ( mistake == "type" )
             p.text( "type", "of fuel" ).defaultsTo( "coal" );
         if ( mistake == "region" )
@@ -200,6 +210,24 @@ TEST_F( ModulesFromOutside, whatTheyDeclareIsLookedAt )
         EXPECT_NE( refused( heated() ).find( "the key \"" + mistake + "\" is" ),
                    std::string::npos )
             << key;
+    }
+}
+
+// An input that says nothing of a key is not to blame for its default.
+TEST_F( ModulesFromOutside, wrongDefaultsAreTheTypesOwn )
+{
+    const std::map<std::string, std::string> told = {
+        { "number", "/glow: expected a number, got \"text\"" },
+        { "range", "/glow: must be >= 0, got -1" },
+        { "choice", "/of: expected one of \"gas\", \"coal\", got \"caol\"; did "
+                    "you mean \"coal\"?" },
+        { "vector", "/at: expected a list of 1 number, got 0" } };
+    EXPECT_EQ( refused( heated() ), "" );
+    for ( const auto& [what, text] : told )
+    {
+        mistake = what;
+        EXPECT_EQ( refused( heated() ),
+                   "a default is wrong: " + text + " (heater in declare)" );
     }
 }
 

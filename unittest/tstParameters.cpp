@@ -1012,5 +1012,24 @@ TEST( Parameters, SurvivesMutatedOverrides )
     EXPECT_GT( refused, 100 );
 }
 
+//---------------------------------------------------------------------------//
+// Defaults of a declaration.
+
+TEST( Defaults, ofObjectsAreLookedAtToo )
+{
+    Parameters inner( "inner", "an object", 2 );
+    inner.vector( "place", "a place" ).defaultsTo( { 0, 0 } );
+    inner.integer( "count", "how many" ).atLeast( 1 ).defaultsTo( 0.5 );
+    Parameters outer( "outer", "an object", 2 );
+    outer.object( "inner", inner, "an object" );
+    outer.number( "gain", "a factor" ).above( 0 ).defaultsTo( 0 );
+    outer.boolean( "is_on", "whether" ).defaultsTo( true );
+    outer.listOf( "shapes", shapes(), "shapes" ).defaultsTo( Json::array() );
+    EXPECT_EQ( wrongDefaults( outer ),
+               ( Messages{ "/inner/count: expected a whole number, got 0.5",
+                           "/gain: must be > 0, got 0" } ) );
+    EXPECT_EQ( wrongDefaults( scene( 0 ) ), Messages{} );
+}
+
 } // namespace
 } // namespace Machpoint
