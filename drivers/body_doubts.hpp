@@ -38,8 +38,9 @@ bool isInBody( const std::vector<SampledBody<Dim>>& bodies,
 
 /*!
   \brief Says which bodies no gas meets, which of those with images are too thin
-  to part the gas on their two sides, and which rise from a wall so little that
-  their tip is lost in what the wall mirrors.
+  to part the gas on their two sides, which rise from a wall so little that
+  their tip is lost in what the wall mirrors, and which meet a stream where an
+  inflow's buffer keeps it.
   \param input resolved
   \param bodies all of the input, their nearest samples found
   \return a line each, as "/boundary/1: ..."

@@ -1127,6 +1127,30 @@ class Warnings(unittest.TestCase):
             "\"center\":[2,11.9],\"radius\":10}")
         self.assertIn("rises from y_upper at 8.3 degrees", line)
 
+    def test_a_body_in_a_buffer(self):
+        def nose(at, *more):
+            return self.odd("grid.cells=[40,20]", *more,
+                            "boundary.4.shape.radius=0.26",
+                            f"boundary.4.shape.center=[{0.26 + 0.1 * at},1]")
+        self.assertEqual(nose(4.5), [])
+        line, = nose(3.4)
+        self.assertRegex(line, r"^/boundary/4: the body is 3\.4 cells from "
+                         r"x_lower near \(0\.34")
+        self.assertIn("or take a smaller buffer", line)
+        self.assertEqual(nose(3.4, "boundary.0.buffer=1"), [])
+        self.assertEqual(len(nose(4.5, "boundary.0.buffer=3")), 1)
+        # Elsewhere than where the stream enters.
+        below = "{\"type\":\"half_space\",\"point\":[0,0.5],\"normal\":[0,1]}"
+        scene = json.loads((INPUTS / "cylinder_mach3.json").read_text())
+        boundary = scene["boundary"]
+        boundary[0]["region"] = json.loads(below)
+        boundary.append({"type": "slip_wall", "side": "x_lower", "region":
+                         json.loads(below.replace("[0,1]", "[0,-1]"))})
+        self.assertEqual(nose(3.4, "boundary=" + json.dumps(boundary)), [])
+        # The stream passes along a floor.
+        self.assertEqual(self.odd("grid.cells=[40,20]",
+                                  f"boundary.4.shape={below}"), [])
+
     def test_a_blast_between_particles(self):
         self.assertEqual(self.warnings("sedov_2d", of=""), [])
         line, = self.warnings("sedov_2d", "initial.0.radius=0.001",
