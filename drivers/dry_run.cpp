@@ -321,6 +321,20 @@ Calibration calibration( const Communicator& ranks, const Json& input,
     }
 }
 
+//! Of a short run, which its first steps have made.
+Forecast whatItTook( const Calibration& run )
+{
+    Forecast result;
+    result.steps = static_cast<double>( run.costs.size() );
+    result.last = static_cast<double>( run.costs.back().particles );
+    result.most = static_cast<double>( run.first );
+    for ( const auto& cost : run.costs )
+        result.most =
+            std::max( result.most, static_cast<double>( cost.particles ) );
+    result.seconds = sumOfSeconds( run.costs );
+    return result;
+}
+
 } // namespace
 
 ExitCode dryRun( const Json& input )
@@ -336,7 +350,12 @@ ExitCode dryRun( const Json& input )
     const double larger = cellCount( input.at( "grid" ).at( "cells" ) ) /
                           cellCount( first_steps.cells );
     const double first = larger * static_cast<double>( first_steps.first );
-    const auto told = forecast( rungs, fineness( input ), first, first_steps );
+    const bool is_whole =
+        larger == 1 && first_steps.costs.back().time >=
+                           input.at( "time" ).at( "end" ).get<double>();
+    const auto told =
+        is_whole ? whatItTook( first_steps )
+                 : forecast( rungs, fineness( input ), first, first_steps );
     const double doubt = 1 + doubtOf( rungs );
     const double most =
         std::max_element( first_steps.costs.begin(), first_steps.costs.end(),
@@ -352,11 +371,12 @@ ExitCode dryRun( const Json& input )
     std::vector<std::string> grids;
     for ( const auto& rung : rungs )
         grids.push_back( formatCells( rung.cells ) );
-    fmt::print( "{}: what a run would take, told by runs with {} cells and the "
-                "first {} steps with {}\n",
-                input.at( "scene" ).get<std::string>(),
-                fmt::join( grids, ", " ), first_steps.costs.size(),
-                formatCells( first_steps.cells ) );
+    fmt::print(
+        "{}: what a run would take, told by runs with {} cells and {} {} "
+        "steps with {}\n",
+        input.at( "scene" ).get<std::string>(), fmt::join( grids, ", " ),
+        is_whole ? "all" : "the first", first_steps.costs.size(),
+        formatCells( first_steps.cells ) );
     auto print = []( const char* name, const std::string& text )
     { fmt::print( "  {:<12}{}\n", name, text ); };
     print( "time", fmt::format( "{} ({} to {}), without outputs",

@@ -58,8 +58,8 @@ Forecast forecast( const std::vector<Rung>& rungs, double fineness,
 
 /*!
   \brief Prints the time, steps, particles, memory and output that a run of the
-  input would take on this machine, on so many ranks and threads. Writes no
-  file. Collective.
+  input would take on this machine, on so many ranks and threads; what it took,
+  where its first steps are all of it. Writes no file. Collective.
   \return finished \throws InputError, NumericalFailure
 */
 ExitCode dryRun( const Json& input );

@@ -248,6 +248,15 @@ class DryRun(PriceTest):
     def test_on_a_line(self):
         self.compare("sod", "grid.cells=[200]")
 
+    def test_of_a_run_that_is_over_at_once(self):
+        # Nothing to foretell: its first steps are all of them.
+        told = self.estimate("sod", "grid.cells=[20]")
+        shown, real = self.run_scene("sod", "grid.cells=[20]")
+        self.assertEqual(told["steps"], real["steps"])
+        self.assertEqual(told["particles_final"], real["particles_final"])
+        shown = self.machpoint("sod", ["grid.cells=[20]"], "--estimate").stdout
+        self.assertIn(f"and all {real['steps']} steps with 20\n", shown)
+
     def test_in_a_plane_that_empties(self):
         # 0.9 of the particles on average, 0.65 of them at the end.
         self.compare("noh_2d", "grid.cells=[48,48]")
