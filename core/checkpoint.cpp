@@ -172,46 +172,51 @@ Archive::Entry readRows( const std::shared_ptr<const Hdf5Reader>& reader,
 
 // --- Inputs ------------------------------------------------------------------
 
-//! Says where two inputs differ first; "" where only keys do that may.
-std::string difference( const Json* there, const Json* here,
-                        const std::string& place )
+//! Says where two inputs differ, but for what may; of a list of numbers where
+//! it does first. \param[in,out] found a line is appended for each place
+void compare( const Json* there, const Json* here, const std::string& place,
+              std::vector<std::string>& found )
 {
     for ( const char* free :
           { "/time/end", "/output", "/checkpoint", "/decomposition" } )
         if ( place == free )
-            return "";
+            return;
     auto text = []( const Json* value )
     { return value ? value->dump() : std::string( "absent" ); };
-    if ( there && here && there->is_structured() &&
-         there->type() == here->type() )
-    {
-        auto at = []( const Json& json, const auto& key ) -> const Json*
-        {
-            const auto found = json.find( key );
-            return found == json.end() ? nullptr : &*found;
-        };
-        std::string found;
-        if ( here->is_array() )
-            for ( std::size_t k = 0;
-                  found.empty() && k < std::max( there->size(), here->size() );
-                  ++k )
-                found =
-                    difference( k < there->size() ? &( *there )[k] : nullptr,
-                                k < here->size() ? &( *here )[k] : nullptr,
-                                fmt::format( "{}/{}", place, k ) );
-        else
-            for ( const auto* json : { here, there } )
-                for ( const auto& item : json->items() )
-                    if ( found.empty() )
-                        found = difference( at( *there, item.key() ),
-                                            at( *here, item.key() ),
-                                            place + "/" + item.key() );
-        return found;
-    }
     if ( there && here && *there == *here )
-        return "";
-    return fmt::format( "{} is {} here, but {} in the checkpoint", place,
-                        text( here ), text( there ) );
+        return;
+    if ( !there || !here || !there->is_structured() ||
+         there->type() != here->type() )
+    {
+        found.push_back( fmt::format( "{} is {} here, but {} in the checkpoint",
+                                      place, text( here ), text( there ) ) );
+        return;
+    }
+    if ( here->is_array() )
+    {
+        const auto before = found.size();
+        for ( std::size_t k = 0; k < std::max( there->size(), here->size() );
+              ++k )
+        {
+            const auto* a = k < there->size() ? &( *there )[k] : nullptr;
+            const auto* b = k < here->size() ? &( *here )[k] : nullptr;
+            compare( a, b, fmt::format( "{}/{}", place, k ), found );
+            if ( found.size() > before && !( b ? b : a )->is_object() )
+                return;
+        }
+        return;
+    }
+    auto at = []( const Json& json, const std::string& key ) -> const Json*
+    {
+        const auto entry = json.find( key );
+        return entry == json.end() ? nullptr : &*entry;
+    };
+    for ( const auto& item : here->items() )
+        compare( at( *there, item.key() ), &item.value(),
+                 place + "/" + item.key(), found );
+    for ( const auto& item : there->items() )
+        if ( !here->contains( item.key() ) )
+            compare( &item.value(), nullptr, place + "/" + item.key(), found );
 }
 
 // --- Files -------------------------------------------------------------------
@@ -411,11 +416,14 @@ Checkpoint readCheckpoint( const Communicator& ranks, const fs::path& file,
             "computes in {}; restart with a build whose Machpoint_PRECISION is "
             "{}",
             file.string(), precision, precision_name, precision ) } );
-    const auto other = difference( &header.at( "input" ), &input, "" );
-    if ( !other.empty() )
-        throw InputError( { fmt::format(
-            "{} {}; restart with the input that it was written for", other,
-            file.string() ) } );
+    std::vector<std::string> differences;
+    compare( &header.at( "input" ), &input, "", differences );
+    for ( auto& difference : differences )
+        difference +=
+            fmt::format( " {}; restart with the input that it was written for",
+                         file.string() );
+    if ( !differences.empty() )
+        throw InputError( differences );
     return { file,
              Archive( std::move( content.entries ) ),
              header.at( "revision" ).get<std::string>(),

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <system_error>
+
 namespace fs = std::filesystem;
 
 namespace Machpoint
@@ -40,8 +42,19 @@ Hdf5Reader::Hdf5Reader( const fs::path& file ) : _path( file )
 {
     const QuietHdf5 quiet;
     _file = H5Fopen( file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT );
-    if ( _file < 0 )
-        refuseHdf5( file, "cannot be read as an HDF5 file" );
+    if ( _file >= 0 )
+        return;
+    std::error_code error;
+    const auto kind = fs::status( file, error ).type();
+    if ( kind == fs::file_type::directory )
+        throw IoError(
+            fmt::format( "{}: cannot be read: it is a directory; name a file",
+                         file.string() ) );
+    if ( kind == fs::file_type::not_found )
+        throw IoError( fmt::format(
+            "{}: cannot be read: there is no such file; check its name",
+            file.string() ) );
+    refuseHdf5( file, "cannot be read as an HDF5 file" );
 }
 
 Hdf5Reader::~Hdf5Reader()

@@ -402,17 +402,28 @@ class Restarted(RestartTest):
                     words = ["/method"]
                 for word in [*words, str(self.input)]:
                     self.assertIn(word, stderr)
+        # All that differs is told, of a list of numbers the first one.
+        stderr = self.run_code(
+            WRONG_INPUT, "--restart", "latest", "--set", "time.cfl=0.3",
+            "--set", "particles.seed=2", "--set", "grid.cells=[33,33]")
+        self.assertEqual(re.findall(r"(/\S+) is \S+ here, but", stderr),
+                         ["/grid/cells/0", "/particles/seed", "/time/cfl"])
         self.assertEqual(self.contents(), before)
 
     def test_what_is_no_checkpoint_is_refused(self):
         text = self.directory / "text.h5"
         text.write_text("no checkpoint")
-        for file in [text, self.directory / "absent.h5", self.directory,
-                     next((self.output / "particles").glob("*.h5"))]:
+        for file, reason in [
+                (text, "cannot be read as an HDF5 file"),
+                (self.directory / "absent.h5", "there is no such file"),
+                (self.directory, "it is a directory"),
+                (next((self.output / "particles").glob("*.h5")),
+                 "it is no checkpoint")]:
             with self.subTest(file=file):
                 before = self.contents()
                 stderr = self.run_code(IO_FAILURE, "--restart", file)
                 self.assertIn(str(file), stderr)
+                self.assertIn(reason, stderr)
                 self.assertEqual(self.contents(), before)
 
     def test_a_refusal_removes_nothing(self):
