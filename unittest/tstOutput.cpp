@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -18,6 +19,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <type_traits>
 #include <vector>
 
@@ -259,6 +261,30 @@ TEST_F( Output, GridComesBackWithItsGeometry )
                std::vector{ 0.5 } );
     EXPECT_EQ( readAttribute<std::int64_t>( file, "step" ).values,
                std::vector<std::int64_t>{ 7 } );
+}
+
+// HDF5 would note when each object was made, in seconds.
+TEST_F( Output, RunsThatAreAlikeLeaveTheSameBytes )
+{
+    for ( const int compression : { 0, 4 } )
+    {
+        std::map<std::string, std::string> first;
+        for ( const char* name : { "a", "b" } )
+        {
+            const auto folder = _scratch / std::to_string( compression ) / name;
+            OutputDirectory output( folder, FormerRun::refuse, 2, true,
+                                    compression );
+            writeSmallRun( output, 2 );
+            for ( const auto& file : tree( folder ) )
+                if ( *name == 'a' )
+                    first[file] = read( folder / file );
+                else
+                    EXPECT_TRUE( first[file] == read( folder / file ) ) << file;
+            if ( *name == 'a' )
+                std::this_thread::sleep_for(
+                    std::chrono::milliseconds( 1100 ) );
+        }
+    }
 }
 
 TEST_F( Output, CompressionKeepsValuesAndSavesRoom )
