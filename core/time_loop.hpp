@@ -310,10 +310,11 @@ class TimeLoop : public SceneRun<Dim>
             dt *= start_up_factor;
         if ( part == 1 && !( dt > 1e-14 * ( until - state.time ) ) )
             throw NumericalFailure( fmt::format(
-                "the time step fell to {:.3g} at step {}, t = {:.8g}, limited "
-                "by {}; the run would not end: look for a particle that is "
-                "hot or fast beyond reason",
-                dt, state.step, state.time, _limiter ) );
+                "the time step {:.3g} at step {}, t = {:.8g}, limited by {}, "
+                "is too small for the {:.3g} up to the next output; the run "
+                "would not end: look for a particle that is hot or fast beyond "
+                "reason, or write and end earlier",
+                dt, state.step, state.time, _limiter, until - state.time ) );
         // What is left before an output is parted evenly: a step of round-off
         // would be one for nothing, and forces are impulses over dt.
         const double rest = until - state.time;

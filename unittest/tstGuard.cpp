@@ -312,7 +312,7 @@ TEST( Guard, aRunThatEndsNamesItsCause )
 {
     const std::vector<std::pair<std::string, std::vector<std::string>>> cases =
         { { "stop",
-            { "the time step fell to 1e-30 at step 20", "limited by saboteur",
+            { "the time step 1e-30 at step 20", "limited by saboteur",
               "look for" } },
           { "limit", { "saboteur allows no time step", "step 20" } },
           { "mass",
