@@ -29,7 +29,7 @@ class ViscousShock
     //! \param direction in which it runs, a unit vector
     //! \param position of the steepest velocity at t = 0, along the direction
     //! \param mach its speed through that gas, in sound speeds, > 1
-    //! \param viscosity mu > 0, mass/(length time)
+    //! \param viscosity mu > 0, mass length^(2-Dim)/time
     //! \param gamma > 1 \param pressure_offset p_inf of a stiffened gas
     //! \throws std::invalid_argument for other Mach numbers and viscosities
     ViscousShock( const GasState& ahead, const Vector3& direction,

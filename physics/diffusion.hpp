@@ -59,7 +59,7 @@ class HeatOfStep
 /*!
   \brief Time step for which diffusion by explicit steps is stable, Courant
   number included: CFL / (2 D sum_d h_d^-2), D = coefficient / least density
-  (docs/diffusion.md). \param coefficient mass/(length time)
+  (docs/diffusion.md). \param coefficient mass length^(2-Dim)/time
 */
 template <int Dim>
 Real diffusiveTimeStep( const State<Dim>& state, const Real coefficient )

@@ -206,7 +206,7 @@ class HeatConduction : public Module<Dim>
         p.number( "conductivity",
                   "k = kappa / c_v, for e stands for the temperature; gamma mu "
                   "/ Pr of a Prandtl number Pr" )
-            .unit( "mass/(length*time)" )
+            .unit( "mass*length^(2-Dim)/time" )
             .atLeast( 0 )
             .source( "Fourier 1822; Landau and Lifshitz 1987, section 50" );
         return p;

@@ -18,8 +18,8 @@ namespace Machpoint
 */
 struct NewtonianStress
 {
-    Real shear; //!< mu, mass/(length time)
-    Real bulk;  //!< zeta, mass/(length time)
+    Real shear; //!< mu, mass length^(2-Dim)/time
+    Real bulk;  //!< zeta, mass length^(2-Dim)/time
 
     //! tau_ab, pressure. \param L gradient [Dim][Dim], 1/time
     template <int Dim, class Number>
@@ -253,11 +253,11 @@ class NewtonianViscosity : public Module<Dim>
         Parameters p( name, "shear and bulk viscosity of a Newtonian gas",
                       dimension );
         p.number( "shear", "mu, dynamic viscosity" )
-            .unit( "mass/(length*time)" )
+            .unit( "mass*length^(2-Dim)/time" )
             .atLeast( 0 )
             .source( "Landau and Lifshitz 1987, eq. 15.3" );
         p.number( "bulk", "zeta, of expansion" )
-            .unit( "mass/(length*time)" )
+            .unit( "mass*length^(2-Dim)/time" )
             .atLeast( 0 )
             .defaultsTo( 0 )
             .source( "Landau and Lifshitz 1987, eq. 15.3; 0: Stokes 1845" );
