@@ -68,6 +68,10 @@ class Inflow : public SideBoundary<Dim>
     {
         return toGasState( entry );
     }
+    static int imposedCells( const Json& entry )
+    {
+        return entry.at( "buffer" );
+    }
     //! A stream that does not point into the domain.
     static std::string fault( const Json& entry, const MethodFacts& )
     {

@@ -67,6 +67,9 @@ struct InputHooks
     //! the boundary does nothing else to the gas, KeepsUniformGas says.)
     std::function<GasState( const Json& entry, int side, const GasState& gas )>
         beyond;
+    //! Layers of cells next to its sides that a boundary keeps in the state
+    //! that `beyond` shows, whatever is there; null: none.
+    std::function<int( const Json& entry )> imposedCells;
     //! Shape of the solid body that a boundary puts into the gas; null: none.
     std::function<Json( const Json& entry )> solid;
     //! Columns of its series but "time", whose name is the entry's "name":
@@ -167,6 +170,7 @@ InputHooks inputHooksOf()
         own.sides = [named = own.sides]( const Json& entry )
         { return checkedSides( named( entry ), Type::name, Dim ); };
     MACHPOINT_TAKE_IF_THERE( beyond )
+    MACHPOINT_TAKE_IF_THERE( imposedCells )
     MACHPOINT_TAKE_IF_THERE( solid )
     MACHPOINT_TAKE_IF_THERE( columns )
     MACHPOINT_TAKE_IF_THERE( remark )

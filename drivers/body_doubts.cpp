@@ -4,8 +4,6 @@
 */
 #include <drivers/body_doubts.hpp>
 
-#include <boundary/inflow.hpp>
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -197,7 +195,7 @@ class BodyDoubts
         return Kokkos::Experimental::infinity_v<double>;
     }
 
-    //! Tells of the first inflow whose buffer holds a surface of the body that
+    //! Tells of the first side whose buffer holds a surface of the body that
     //! the stream does not pass along: each step the body takes from gas what
     //! the buffer gives back, whatever the step (docs/method.md, section 8).
     void tellIfInBuffer( const Body& body, std::vector<std::string>& odd ) const
@@ -205,11 +203,13 @@ class BodyDoubts
         const auto grid = makeGrid<Dim>( _input );
         for ( const auto& entry : _input.at( "boundary" ) )
         {
-            if ( entry.at( "type" ) != Inflow<Dim>::name )
+            const auto& hooks = boundaryHooks( entry, Dim );
+            const auto sides = sidesOf( entry, Dim );
+            if ( !hooks.imposedCells || !hooks.beyond || sides.empty() )
                 continue;
-            const int side = sideNumber( entry.at( "side" ) );
-            const int buffer = entry.at( "buffer" );
-            const auto velocity = toGasState( entry ).velocity;
+            const int side = sides.front().side;
+            const int buffer = hooks.imposedCells( entry );
+            const auto velocity = hooks.beyond( entry, side, {} ).velocity;
             const double slow =
                 oblique * std::sqrt( dot<3>( velocity, velocity ) );
             std::optional<Shape<Dim, Kokkos::HostSpace>> part;
