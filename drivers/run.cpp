@@ -56,10 +56,14 @@ class Progress
         const std::int64_t moved = _updates - _updates_shown;
         const double rate =
             now > _shown ? static_cast<double>( moved ) / ( now - _shown ) : 0;
-        tell( "{}step {} | t {:.6g} / {:.6g} ({:.1f} %) | dt {:.3g} by {} | "
+        const auto step =
+            s.timeStep() > 0
+                ? fmt::format( "dt {:.3g} by {} | ", s.timeStep(), s.limiter() )
+                : std::string();
+        tell( "{}step {} | t {:.6g} / {:.6g} ({:.1f} %) | {}"
               "{:.3g} M particle updates/s | ETA {:.0f} s{}",
               _terminal ? "\r\033[K" : "", s.steps(), s.time(), _end,
-              100 * done, s.timeStep(), s.limiter(), rate / 1e6,
+              100 * done, step, rate / 1e6,
               s.time() > _begin
                   ? now * ( _end - s.time() ) / ( s.time() - _begin )
                   : 0,
