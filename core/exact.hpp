@@ -276,7 +276,7 @@ class ExactSolution
     virtual GasState state( const Vector3& x, double t ) const = 0;
 
     //! Is there gas, \c state being no more than its continuation elsewhere?
-    //! There is none behind a piston. \param x [3] \param t >= 0
+    //! There is none behind a piston. (At a place [3], and a time >= 0.)
     virtual bool hasGas( const Vector3&, double ) const { return true; }
 
     //! Is its gas at t = 0 that of `initial`? A point explosion is spread

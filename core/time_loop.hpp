@@ -248,9 +248,9 @@ class TimeLoop : public SceneRun<Dim>
             auto fault = describeWorst( _scene.state, worst );
             if ( _most_retries > 0 && _scene.state.step > 0 )
             {
-                // It was sound when the step was checked.
-                fault += "; a boundary, a source or an inflow of the last step "
-                         "has left it so";
+                fault += "; it was sound when the last step was checked, so "
+                         "look at boundaries, sources and inflows, too, which "
+                         "come after that";
                 restore();
             }
             throw NumericalFailure( fault );
