@@ -138,12 +138,24 @@ class Archive
             throw ArchiveError( _prefix + name + " is not a text" );
         text = std::move( *read );
     }
+    //! Nothing else, nor do numbers change their type on the way.
+    template <class T>
+    void operator()( const std::string& name, T& value )
+    {
+        static_assert( sizeof( T ) == 0,
+                       "an archive takes float, double, std::int64_t, "
+                       "Kokkos::Array of them and std::string by its call, "
+                       "and lists by table( name, values, columns )" );
+    }
     //! A table of any length. \param values [rows][columns]
-    //! \param columns at least one
+    //! \throws std::logic_error there are no columns, or no whole rows
     template <class T>
     void table( const std::string& name, std::vector<T>& values,
                 const std::size_t columns )
     {
+        if ( columns == 0 || values.size() % columns != 0 )
+            throw std::logic_error( _prefix + name + " has no whole rows of " +
+                                    std::to_string( columns ) + " columns" );
         exchange( name, values, { values.size() / columns, columns } );
     }
     //! @}

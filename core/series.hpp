@@ -7,6 +7,7 @@
 
 #include <core/archive.hpp>
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -22,11 +23,17 @@ struct Series
     std::vector<std::vector<double>> rows; //!< [steps][columns]
 
     //! Writes the rows, or reads them. \throws ArchiveError
+    //! \throws std::logic_error a row is longer or shorter than the columns
     void checkpoint( Archive& archive )
     {
         std::vector<double> values;
         for ( const auto& row : rows )
+        {
+            if ( row.size() != columns.size() )
+                throw std::logic_error(
+                    name + " has a row that does not fit its columns" );
             values.insert( values.end(), row.begin(), row.end() );
+        }
         archive.table( "series", values, columns.size() );
         rows.clear();
         for ( auto row = values.begin(); row != values.end();

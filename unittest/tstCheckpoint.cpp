@@ -8,6 +8,7 @@
 #include <core/hdf5_file.hpp>
 #include <core/random.hpp>
 #include <core/registry.hpp>
+#include <core/series.hpp>
 
 #include <fmt/format.h>
 
@@ -378,6 +379,33 @@ TEST( Checkpoint, failuresReturnToTheStateThatWasRead )
     EXPECT_THROW( second->step( 1e9 ), NumericalFailure );
     EXPECT_EQ( second->particles(), run->particles() );
     EXPECT_EQ( second->steps(), 5 );
+}
+
+// A module's mistake must end in a message, not in memory that is nobody's.
+TEST( Checkpoint, seriesWhoseRowsDoNotFitAreRefused )
+{
+    auto columns = []( const std::size_t count )
+    { return std::vector<std::string>( count, "x" ); };
+    for ( const std::size_t count : { 0, 2, 3, 4 } )
+    {
+        Series series{ "wing", columns( count ), { { 1, 2, 3 }, { 4, 5, 6 } } };
+        Archive archive;
+        if ( count != 3 )
+        {
+            EXPECT_THROW( series.checkpoint( archive ), std::logic_error );
+            continue;
+        }
+        series.checkpoint( archive );
+        EXPECT_EQ( series.rows.size(), 2 );
+        Series read{ "wing", columns( count ), {} };
+        Archive reading( archive.entries() );
+        read.checkpoint( reading );
+        EXPECT_EQ( read.rows, series.rows );
+    }
+    std::vector<double> values( 3 );
+    Archive archive;
+    EXPECT_THROW( archive.table( "odd", values, 2 ), std::logic_error );
+    EXPECT_THROW( archive.table( "none", values, 0 ), std::logic_error );
 }
 
 TEST( Checkpoint, archivesRefuseWhatDoesNotFit )
