@@ -273,7 +273,12 @@ Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
         []( const auto& active )
         { return active.sides.front().kind == SideKind::periodic; } );
     state.bodies = findBodies( scene );
-    state.reference_pressure = scene.gas->response().reference;
+    const auto response = scene.gas->response();
+    if ( !( response.exponent > 0 ) )
+        throw std::logic_error( fmt::format(
+            "the response of a gas has an exponent above 0, not {}",
+            response.exponent ) );
+    state.reference_pressure = response.reference;
     weighImages( scene );
     for ( const auto& active : scene.modules )
         scene.is_open = scene.is_open || active.module->isOpen();

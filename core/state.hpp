@@ -62,7 +62,7 @@ using FlowMembers = Cabana::MemberTypes<Deviation, Deviation>;
 //! Names of the members of the flow.
 enum FlowMember : std::size_t
 {
-    Divergence, //!< D = div v'(x_p), 1/time
+    Divergence, //!< D, trace of the affine fit to v', 1/time
     Limiter     //!< phi in [0, 1]: 0 where the flow is smooth
 };
 
@@ -102,14 +102,17 @@ struct Viscosity
 };
 
 /*!
-  \brief How pressure answers a small change at one particle.
+  \brief How pressure answers a small change of a particle.
 
   Along an isentrope p(rho) - p = K / g ((rho / rho_0)^g - 1) with K = rho c^2
-  = g (p + reference), and heat adds (gruneisen) times its density.
+  = g (p + reference), and heat adds (gruneisen) times its density. One set of
+  constants for all gas: where they vary, typical ones. The half step of
+  `midpoint`, merging, pressure relaxation and the bound on the time step go by
+  them; pressures themselves come from the formula alone.
 */
 struct PressureResponse
 {
-    Real exponent;      //!< g; gamma of an ideal or a stiffened gas, exactly
+    Real exponent;      //!< g > 0; gamma of an ideal or a stiffened gas
     Real gruneisen;     //!< dp / d(rho e) at constant volume
     Real reference = 0; //!< p_inf of a stiffened gas
 };
