@@ -245,6 +245,7 @@ Json makeSummary( Simulation& simulation, const Json& input,
     json["particles_final"] = simulation.particles();
     json["steps"] = simulation.steps();
     json["final_time"] = simulation.time();
+    json["ended"] = facts.ended;
     json["wall_seconds"] = facts.wall_seconds;
     json["first_step_seconds"] = facts.first_step_seconds;
     json["particle_updates_per_second"] =

@@ -53,6 +53,7 @@ std::int64_t peakMemory();
 //! What the driver alone knows of a run, over all ranks.
 struct RunFacts
 {
+    std::string ended;                  //!< how: summary.json's key
     Totals initial;                     //!< at the run's true start
     std::int64_t particles_initial = 0; //!< likewise
     std::int64_t particle_updates = 0;  //!< particles moved, over all steps

@@ -458,6 +458,10 @@ ExitCode run( const Json& input, const RunOptions& options )
         code = numerical_failure;
     }
     progress.show( *simulation, true );
+    facts.ended = code == numerical_failure  ? "broken down"
+                  : code == stopped_early    ? "stopped"
+                  : simulation->time() < end ? "max steps"
+                                             : "finished";
     facts.process_seconds = timer.seconds();
     facts.wall_seconds = seconds_before + facts.process_seconds;
     facts.traffic = Traffic::upToNow();

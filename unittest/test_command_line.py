@@ -791,6 +791,7 @@ class Run(CommandLineTest):
         self.assertCode(self.run_sod("--max-steps", "0"), FINISHED)
         summary = self.summary()
         self.assertEqual((summary["steps"], summary["final_time"]), (0, 0))
+        self.assertEqual(summary["ended"], "max steps")
         self.assertEqual(summary["errors"]["density"]["Linf"], 0)
 
     def test_whole_run(self):
@@ -892,6 +893,7 @@ class Run(CommandLineTest):
         summary = json.loads((self.output / "summary.json").read_text())
         self.assertGreater(summary["retries"], 10)
         self.assertEqual(summary["final_time"], 0.2)
+        self.assertEqual(summary["ended"], "finished")
         self.assertFinite()
 
     def test_failure_writes_the_last_good_state(self):
@@ -903,6 +905,7 @@ class Run(CommandLineTest):
         summary = json.loads((self.output / "summary.json").read_text())
         self.assertLess(summary["final_time"], 0.2)
         self.assertEqual(summary["retries"], 1)
+        self.assertEqual(summary["ended"], "broken down")
         last = self.output / f"particles/{summary['steps']:08}.h5"
         with h5py.File(last) as file:
             self.assertEqual(file.attrs["time"], summary["final_time"])
@@ -1028,6 +1031,7 @@ class Interrupted(CommandLineTest):
                 self.assertNotRegex(stdout + stderr, ALARMING)
                 summary = self.summary()
                 self.assertLess(summary["final_time"], 0.2)
+                self.assertEqual(summary["ended"], "stopped")
                 for kind in ["particles", "grid"]:
                     last = max((self.output / kind).glob("*.h5"))
                     self.assertEqual(int(last.stem), summary["steps"])
