@@ -20,6 +20,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <set>
 #include <stdexcept>
 
@@ -346,10 +347,13 @@ class Checker
             return;
         const auto& name = entry.at( "name" );
         checkFileName( name, place + "/name" );
-        if ( !_series.insert( name.get<std::string>() ).second )
+        const auto [first, is_new] =
+            _series.emplace( name.get<std::string>(), place + "/name" );
+        if ( !is_new )
             error( place + "/name",
-                   "a second entry of this name; its report would replace the "
-                   "first one's" );
+                   fmt::format( "a second entry of the name \"{}\" (the first "
+                                "is at {}); its report would replace that one",
+                                first->first, first->second ) );
     }
 
     //! Shapes wherever they are declared. \param place of the object
@@ -402,7 +406,7 @@ class Checker
     SoundKeys _sound;
     int _dimension;
     std::vector<std::string> _errors;
-    std::set<std::string> _series; // their names
+    std::map<std::string, std::string> _series; // names and their places
 };
 
 } // namespace

@@ -179,8 +179,9 @@ TEST_F( ModulesFromOutside, aSeriesHasANameOfItsOwn )
                                        { "center", { 0.5 } },
                                        { "radius", 0.2 } } } } );
     EXPECT_EQ( refused( input ),
-               "test: /boundary/2/name: a second entry of this name; its "
-               "report would replace the first one's" );
+               "test: /boundary/2/name: a second entry of the name \"body\" "
+               "(the first is at /physics/1/name); its report would replace "
+               "that one" );
 }
 
 TEST_F( ModulesFromOutside, errorsOfTheirOwnNameThem )
