@@ -3,7 +3,7 @@
 
 1D: profiles of the particles against the exact solution (profiles.png).
 2D: a field and a numerical schlieren (schlieren.png).
-3D: the same on the three mid-planes (slices.png).
+3D: the same on three planes through the middle (slices.png).
 All: a sheet of every output time (contact_sheet.png) and a movie (movie.mp4,
 or movie.gif where ffmpeg is missing), and for a run of particles report.html:
 pictures, tables and the input in one file. Prints the path of each.
@@ -38,6 +38,8 @@ SHEET_PANELS = 24  # a sheet with more would show nothing
 CONTRAST = 40.0  # of the schlieren: how far weak gradients are raised
 MOVIE_SECONDS = 6.0
 MOVIE_FRAMES = 250  # of a run with more outputs
+
+plt.rcParams["axes.formatter.useoffset"] = False  # tell values, not 1e-6+1
 
 
 # --------------------------------------------------------------------------
@@ -82,7 +84,8 @@ class Run:
         missing = (f"plot.py: {self.directory}: holds no output to draw (particles/*.h5 "
                    "in 1D, grid/*.h5 in 2D and 3D)")
         if self.summary: # of a run that was to write none
-            print(f"{missing}; set output.particles or output.grid for pictures")
+            kind = "particles" if self.summary["dimension"] == 1 else "grid"
+            print(f"{missing}; set output.{kind} for pictures")
             sys.exit(0)
         sys.exit(f"{missing}; give the directory that machpoint run named with --output")
 
@@ -114,20 +117,22 @@ def read_profile(path):
 
 
 def read_plane(run, step, field, normal=2):
-    """A field on the grid or, in 3D, on its middle plane across an axis.
+    """A field on the grid or, in 3D, on the plane of nodes amid an axis.
 
     Returns the values [rows][columns], NaN where there is no gas (density 0,
-    inside obstacles), the extent for imshow and the two axes' names.
+    inside obstacles), the extent for imshow, the two axes' names, and for a
+    title where the plane is: of an even number, half a cell beyond the middle.
     """
     with h5py.File(run.grid[step]) as file:
         lower, spacing = file.attrs["lower"], file.attrs["spacing"]
-        axes = [0, 1]
-        plane = ()
+        axes, plane, place = [0, 1], (), ""
         if run.dimension == 3:
             axes = [a for a in range(3) if a != normal]
             storage = 2 - normal  # x is the last axis of a dataset
             middle = file["density"].shape[storage] // 2
             plane = (slice(None),) * storage + (middle,)
+            where = lower[normal] + middle * spacing[normal]
+            place = f", {'xyz'[normal]} = {where:.4g}"
         density = file["density"][plane or ...]
         values = density
         if field == "velocity":
@@ -141,7 +146,7 @@ def read_plane(run, step, field, normal=2):
     rows, columns = values.shape
     first = [lower[a] - spacing[a] / 2 for a in axes]  # a node fills a pixel
     extent = [first[0], first[0] + columns * h[1], first[1], first[1] + rows * h[0]]
-    return values, extent, ["xyz"[a] for a in axes]
+    return values, extent, ["xyz"[a] for a in axes], place
 
 
 def gradient_magnitude(values, spacing):
@@ -173,10 +178,17 @@ def scale(run, steps, field, normals=(2,)):
             high.append(np.percentile(values, 99.8))
     if not low:
         return 0.0, 1.0
-    # Of gas at rest the round-off is not worth a picture.
-    least = 1e-12 if field == "velocity" else 1e-300
-    span = max(max(high) - min(low), 1e-6 * abs(max(high)), least)
-    return min(low), min(low) + span
+    return without_round_off(min(low), max(high), field)
+
+
+def without_round_off(low, high, field):
+    """Limits that show none: gas that is all the same is in their middle."""
+    size = max(abs(low), abs(high))
+    least = 1e-12 if field == "velocity" else 1e-300  # of gas at rest
+    if high - low > max(1e-6 * size, least):
+        return low, high
+    middle, half = 0.5 * (low + high), max(0.01 * size, least)
+    return middle - half, middle + half
 
 
 def shade(gradient, reference):
@@ -229,19 +241,34 @@ def value_range(frames, field, margin):
     values = values[np.isfinite(values)]
     if not values.size:
         return 0.0, 1.0
-    low, high = values.min(), values.max()
-    # Of a uniform gas the round-off is not worth a picture.
-    pad = max(margin * (high - low), 1e-6 * max(abs(low), abs(high)), 1e-12)
+    low, high = without_round_off(values.min(), values.max(), field)
+    pad = margin * (high - low)
     return low - pad, high + pad
 
 
+def height_to_width(run, step, normals=(2,)):
+    """Of the tallest plane, in lengths: cells need not be squares."""
+    ratios = []
+    for normal in normals:
+        left, right, low, high = read_plane(run, step, "density", normal)[1]
+        ratios.append((high - low) / (right - left))
+    return min(max(*ratios, 0.15), 4.0)
+
+
 def plane_figure(run, steps, field, normals=(2,)):
-    """A field above its schlieren; in 3D a column for each mid-plane."""
-    shape = read_plane(run, steps[0], "density")[0].shape
-    width = 8.0 if len(normals) == 1 else 14.0
-    height = 1.75 * width / len(normals) * min(max(shape[0] / shape[1], 0.2), 1.2)
-    figure, axes = plt.subplots(2, len(normals), figsize=(width, height + 1.0),
-                                squeeze=False, constrained_layout=True)
+    """A field above its schlieren, beside it where the scene is tall; in 3D a
+    column for each plane."""
+    ratio = height_to_width(run, steps[0], normals)
+    rows, columns, longest = 2, len(normals), 3.8  # in inches, of a panel
+    if run.dimension == 2:
+        rows, columns, longest = (1, 2, 5.0) if ratio > 0.9 else (2, 1, 6.4)
+    width, height = longest / max(ratio, 1), longest * min(ratio, 1)
+    size = (max(columns * (width + 0.8) + 0.8, 7.0),
+            rows * (height + 0.7) + 0.3)
+    figure, axes = plt.subplots(rows, columns, figsize=size, squeeze=False,
+                                layout="compressed")
+    axes = axes.reshape(2, len(normals))
+    figure.get_layout_engine().set(h_pad=0.08)  # between x and the title below
     title = figure.suptitle(run.title(steps[0]))
     top = "density" if field == "schlieren" else field
     limits = {name: scale(run, steps, name, normals) for name in (top, "schlieren")}
@@ -249,15 +276,16 @@ def plane_figure(run, steps, field, normals=(2,)):
     for column, normal in enumerate(normals):
         for row, name in enumerate([top, "schlieren"]):
             axis = axes[row, column]
-            values, extent, labels = read_plane(run, steps[0], name, normal)
+            values, extent, labels, place = read_plane(run, steps[0], name,
+                                                       normal)
             images[name, normal] = draw_image(axis, values, extent, name, limits)
             axis.set_xlabel(labels[0])
             axis.set_ylabel(labels[1])
-            middle = f", middle of {'xyz'[normal]}" if len(normals) > 1 else ""
             what = "schlieren of the density" if row else label_of(run, top)
-            axis.set_title(what + middle, fontsize=10)
-    figure.colorbar(images[top, normals[-1]], ax=list(axes.flat), shrink=0.46,
-                    anchor=(0.0, 1.0), label=label_of(run, top))
+            axis.set_title(what + place, fontsize=10)
+    figure.colorbar(images[top, normals[-1]], ax=list(axes.flat),
+                    shrink=0.92 / rows, anchor=(0.0, 1.0),
+                    label=label_of(run, top))
 
     def show(step):
         title.set_text(run.title(step))
@@ -296,36 +324,53 @@ def draw_image(axis, values, extent, field, limits):
 def contact_sheet(run, steps, field):
     """One small panel for each output time, evenly thinned if too many."""
     steps = thinned(steps, SHEET_PANELS)
-    columns = min(4, len(steps))
-    rows = -(-len(steps) // columns)
-    ratio = 0.7
+    ratio, labels, place = 0.7, ["x", label_of(run, field)], ""
     if run.dimension > 1:
         limits = {field: scale(run, steps, field)}
-        shape = read_plane(run, steps[0], field)[0].shape
-        ratio = min(max(shape[0] / shape[1], 0.15), 2.0)
-    size = (3.6 * columns, (3.6 * ratio + 0.35) * rows + 0.5)
+        ratio = height_to_width(run, steps[0])
+        _, _, labels, place = read_plane(run, steps[0], field)
+    width, height = 3.2 / max(ratio, 1), 3.2 * min(ratio, 1)
+    columns = min(int(15 / (width + 0.5)), len(steps))
+    rows = -(-len(steps) // columns)
+    size = (max(columns * (width + 0.5) + 0.4, 7.0),
+            rows * (height + 0.5) + 0.8)
     figure, axes = plt.subplots(rows, columns, figsize=size, squeeze=False,
-                                sharex=True, sharey=True, constrained_layout=True)
+                                sharex=True, sharey=True, layout="compressed")
+    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.06)
     for axis in axes.flat[len(steps) :]:
         axis.set_axis_off()
+    for axis in axes.flat[max(len(steps) - columns, 0) : len(steps)]:
+        axis.set_xlabel(labels[0])
+        axis.tick_params(labelbottom=True)  # also above an empty place
+    for axis in axes.flat:
+        axis.tick_params(labelsize=8)
+    for axis in axes[:, 0]:
+        axis.set_ylabel(labels[1])
     for step, axis in zip(steps, axes.flat):
         axis.set_title(f"t = {run.times[step]:.4g}", fontsize=9)
         if run.dimension == 1:
             if step in run.exact:
                 data = read_profile(run.exact[step])
-                axis.plot(data["position"], data[field], "k-", lw=0.8)
+                axis.plot(data["position"], data[field], "k-", lw=0.8,
+                          label="exact")
             data = read_profile(run.particles[step])
-            axis.plot(data["position"], data[field], "o", ms=1.2)
+            axis.plot(data["position"], data[field], "o", ms=1.2,
+                      label="particles")
             axis.grid(alpha=0.3)
             axis.margins(x=0)
         else:
-            values, extent, _ = read_plane(run, step, field)
+            values, extent = read_plane(run, step, field)[:2]
             image = draw_image(axis, values, extent, field, limits)
     if run.dimension > 1 and field != "schlieren":
         figure.colorbar(image, ax=axes, shrink=0.6, aspect=40)
+    if run.dimension == 1:
+        frames = [read_profile(files[step]) for step in steps
+                  for files in (run.particles, run.exact) if step in files]
+        axes[0, 0].set_ylim(*value_range(frames, field, 0.06))
+        if run.exact:
+            axes[0, 0].legend(fontsize=7)
     head = run.title(steps[-1]).rsplit(", t = ", 1)[0]
-    plane = ", middle of z" if run.dimension == 3 else ""
-    figure.suptitle(f"{head}: {label_of(run, field)}{plane}")
+    figure.suptitle(f"{head}: {label_of(run, field)}{place}")
     return figure
 
 

@@ -16,6 +16,9 @@ from running import ONE_THREAD
 
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.append(str(ROOT / "tools"))
+
+import plot
 
 
 class Pictures(unittest.TestCase):
@@ -31,9 +34,13 @@ class Pictures(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         return result.stdout
 
+    def run_scene(self, name, cells, *words):
+        self.call(EXECUTABLE, "run", ROOT / f"input/{name}.json", "--set",
+                  f"grid.cells={cells}", "--output", self.output, "--quiet",
+                  *words)
+
     def run_sod(self, *words):
-        self.call(EXECUTABLE, "run", ROOT / "input/sod.json", "--set",
-                  "grid.cells=[20]", "--output", self.output, "--quiet", *words)
+        self.run_scene("sod", [20], *words)
 
     def test_report_of_a_run(self):
         self.run_sod()
@@ -63,10 +70,27 @@ class Pictures(unittest.TestCase):
         self.assertTrue((self.output / "summary.json").exists())
 
     def test_a_run_without_output_is_no_failure(self):
-        self.run_sod("--set", "output.particles=false")
-        shown = self.call(sys.executable, ROOT / "tools/plot.py", self.output)
-        self.assertIn("holds no output to draw", shown)
-        self.assertIn("set output.particles", shown)
+        for name, cells, kind in [("sod", [20], "particles"),
+                                  ("sod_2d", [20, 4], "grid")]:
+            self.run_scene(name, cells, "--overwrite", "--set",
+                           f"output.{kind}=false")
+            shown = self.call(sys.executable, ROOT / "tools/plot.py",
+                              self.output)
+            self.assertIn("holds no output to draw", shown)
+            self.assertIn(f"set output.{kind} for", shown)
+
+    def test_a_plane_has_the_proportions_of_its_lengths(self):
+        self.run_scene("rayleigh_taylor", [8, 8], "--max-steps", "1")
+        run = plot.Run(self.output)
+        self.assertAlmostEqual(plot.height_to_width(run, 0), 3)
+
+    def test_gas_that_is_all_the_same_is_amid_its_scale(self):
+        for low, high, field in [(1, 1 + 1e-9, "density"), (0, 0, "velocity"),
+                                 (-3, -3, "velocity")]:
+            bottom, top = plot.without_round_off(low, high, field)
+            self.assertLess(bottom, low)
+            self.assertAlmostEqual(low - bottom, top - high, delta=1e-14)
+        self.assertEqual(plot.without_round_off(1, 1.1, "density"), (1, 1.1))
 
 
 if __name__ == "__main__":
