@@ -49,7 +49,8 @@ def report(summary, pictures):
                                     for name, value in extrema.items()]
                     + [("", ["steps repeated", summary["retries"]])])]
     whole = sum(phase["seconds"] for phase in summary["phases"])
-    parts += ["<h2>Where the time went</h2>",
+    parts += ["<h2>Where the time went</h2><p>Of a restarted run in its last "
+              "process; the seconds above are of all together.</p>",
               table(["phase", "seconds", "share"],
                     [("", [p["name"], number(p["seconds"]), share(p["seconds"], whole)])
                      for p in sorted(summary["phases"], key=lambda p: -p["seconds"])])]

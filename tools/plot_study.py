@@ -160,6 +160,7 @@ def cost(study):
             rounds = row[study.rounds]
             axis.plot([cell_count(row)] * len(rounds), rounds, "_",
                       ms=5, color=study.styles[name]["color"], alpha=0.5)
+    axis.plot([], [], "_", ms=5, color="0.5", label="each round of a run")
     finish(axis, study, "cells", study.seconds)
     return figure
 
