@@ -23,6 +23,7 @@ sys.path += [str(ROOT / name) for name in ("performance", "hard_cases")]
 import draws
 import gas
 import planes
+import report
 import stable_cfl
 import suite
 
@@ -68,7 +69,12 @@ for _case in suite.CASES:
 
 
 class Suite(unittest.TestCase):
-    """What the verdicts rest on."""
+    """What the verdicts rest on, and their pictures."""
+
+    def test_a_body_is_no_gas_of_a_scale(self):
+        low, high = report.limits(numpy.array([[0, 1.4], [1.4 + 1e-15, 1.4]]))
+        self.assertAlmostEqual((low + high) / 2, 1.4)
+        self.assertEqual(report.limits(numpy.arange(3)), (None, None))
 
     def test_a_bound_can_be_missed(self):
         case = next(c for c in suite.CASES if c.name == "toro2")

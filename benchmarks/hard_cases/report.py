@@ -128,6 +128,14 @@ def cfl_table(table):
     return rows
 
 
+def limits(rho):
+    """Of a scale: gas that is all the same is in its middle, for round-off is
+    not worth a colour; None, None: those of the values."""
+    gas = rho[rho > 0]
+    same = np.ptp(gas) <= 1e-6 * gas.max()
+    return (0.99 * gas.max(), 1.01 * gas.max()) if same else (None, None)
+
+
 def profiles(cases, folder, path):
     """Small multiples: density of every 1D case, and the exact one."""
     from figure import plt
@@ -147,6 +155,7 @@ def profiles(cases, folder, path):
             axis.plot(data["exact_x"].ravel(), data["exact_density"], "k-",
                       lw=0.8)
         axis.plot(data["x"], data["density"], ".", ms=1.5, color="C3")
+        axis.set_ylim(*limits(data["density"]))
         axis.set_title(case.name, fontsize=9)
         axis.tick_params(labelsize=7)
     figure.tight_layout()
@@ -170,14 +179,14 @@ def fields(cases, folder, path):
         axis.set_axis_off()
     for axis, (case, file) in zip(axes.flat, stored):
         data = np.load(file)
-        rho, low, h = data["density"], data["lower"], data["spacing"]
+        rho, h = data["density"], data["spacing"]
+        low = data["lower"] - h / 2  # a node fills a pixel
         high = low + h * np.array(rho.shape[::-1])
-        # Round-off is not worth a colour.
-        span = {} if np.ptp(rho) > 1e-6 * rho.max() else {
-            "vmin": 0.99 * rho.max(), "vmax": 1.01 * rho.max()}
+        least, most = limits(rho)
         image = axis.imshow(np.where(rho > 0, rho, np.nan), origin="lower",
                             extent=(low[0], high[0], low[1], high[1]),
-                            cmap="viridis", interpolation="nearest", **span)
+                            cmap="viridis", interpolation="nearest",
+                            vmin=least, vmax=most)
         figure.colorbar(image, ax=axis, shrink=0.7).ax.tick_params(labelsize=6)
         axis.set_title(case.name, fontsize=9)
         axis.tick_params(labelsize=6)
