@@ -11,6 +11,7 @@
 #include <core/image_weight.hpp>
 #include <core/profile.hpp>
 #include <core/scene_run.hpp>
+#include <core/time_step.hpp>
 
 #include <fmt/format.h>
 
@@ -50,10 +51,11 @@ class TimeLoop : public SceneRun<Dim>
     */
     void step( const double until ) override
     {
+        auto& state = _scene.state;
         prepare();
         for ( double part = 1;; part /= 2 )
         {
-            chooseTimeStep( until, part );
+            state.dt = _time_step.choose( until, part );
             orTakeBack( [&] { advance(); } );
             const auto fault = findFault();
             if ( fault.empty() )
@@ -67,18 +69,17 @@ class TimeLoop : public SceneRun<Dim>
                 inject();
                 migrateNoted();
             } );
-        auto& state = _scene.state;
         state.time =
             state.dt >= until - state.time ? until : state.time + state.dt;
         ++state.step;
     }
 
-    const std::string& limiter() const override { return _limiter; }
-    const Extrema& extrema() const override { return _extrema; }
+    const std::string& limiter() const override { return _time_step.limiter(); }
+    const Extrema& extrema() const override { return _time_step.extrema(); }
     void surveyExtrema() override
     {
         _scene.gas->particleState( _scene.state );
-        surveyRanks( {} );
+        survey( {} );
     }
     std::int64_t retries() const override { return _retries; }
     void checkpoint( Archive& archive ) override
@@ -88,18 +89,12 @@ class TimeLoop : public SceneRun<Dim>
         archive( "time_step", state.dt );
         archive( "step", state.step );
         archive( "next_id", state.next_id );
-        archive( "limiter", _limiter );
         archive( "retries", _retries );
         auto ledger = ledgerOfRanks();
         ledger.mass_in.checkpoint( archive, "ledger/mass_in" );
         ledger.mass_out.checkpoint( archive, "ledger/mass_out" );
         ledger.energy_in.checkpoint( archive, "ledger/energy_in" );
-        _stable = comm().min( _stable );
-        archive( "stable_time_step", _stable );
-        archive( "extrema/min_density", _extrema.min_density );
-        archive( "extrema/min_specific_internal_energy",
-                 _extrema.min_specific_internal_energy );
-        archive( "extrema/max_mach", _extrema.max_mach );
+        _time_step.checkpoint( archive );
         _balancer.checkpoint( archive );
         state.decomposition.checkpoint( archive );
         state.particles.checkpoint( archive );
@@ -201,8 +196,7 @@ class TimeLoop : public SceneRun<Dim>
         keepLedger();
     }
 
-    //! Largest time step that each module, and last the method, allows this
-    //! rank.
+    //! Largest time step that each module allows this rank.
     std::vector<double> limits()
     {
         Profile::Phase phase( "time step" );
@@ -220,65 +214,24 @@ class TimeLoop : public SceneRun<Dim>
             if ( !( found[k] > 0 ) )
                 found[k] = 0;
         }
-        found.push_back( _stable );
         return found;
     }
 
-    /*!
-      \brief Is the gas sound, how fast is it, what are its extremes? One
-      reduction tells all ranks all of it.
-      \param limits of the time step, this rank's
-      \return of all ranks: fastest, and behind it the limits
-    */
-    std::vector<double> surveyRanks( const std::vector<double>& limits )
-    {
-        const auto& found = _scene.state.survey;
-        const auto& own = found.extrema;
-        std::vector<double> largest = {
-            found.broken >= 0 ? 1.0 : 0.0, -own.min_density,
-            -own.min_specific_internal_energy, own.max_mach, found.fastest };
-        for ( const double limit : limits )
-            largest.push_back( -limit );
-        largest = comm().max( largest );
-        if ( largest[0] > 0 )
-        {
-            Fault worst{ found.broken };
-            if ( found.broken >= 0 )
-                worst.kind = kindOfBroken( _scene.state, found.broken );
-            auto fault = describeWorst( _scene.state, worst );
-            if ( _most_retries > 0 && _scene.state.step > 0 )
-            {
-                fault += "; it was sound when the last step was checked, so "
-                         "look at boundaries, sources and inflows, too, which "
-                         "come after that";
-                restore();
-            }
-            throw NumericalFailure( fault );
-        }
-        _extrema += Extrema{ static_cast<Real>( -largest[1] ),
-                             static_cast<Real>( -largest[2] ),
-                             static_cast<Real>( largest[3] ) };
-        return { largest.begin() + 4, largest.end() };
-    }
-
-    //! Surveys the gas at a step's start. \param limits of the time step, this
-    //! rank's
+    //! Surveys the gas where a step starts or ends. \param limits of the time
+    //! step, this rank's \throws NumericalFailure where it is not sound
     void survey( const std::vector<double>& limits )
     {
-        const auto found = surveyRanks( limits );
-        _fastest = found[0];
-        _limits.clear();
-        for ( std::size_t k = 1; k < found.size(); ++k )
-            _limits.push_back( -found[k] );
-        // The last one is the method's.
-        for ( std::size_t k = 0; k + 1 < _limits.size(); ++k )
-            if ( _limits[k] <= 0 )
-                throw NumericalFailure( fmt::format(
-                    "{} allows no time step ahead of step {}, t = {:.8g}: its "
-                    "limit is no positive number; look at its parameters, and "
-                    "at the gas that it sees",
-                    _scene.modules[k].name, _scene.state.step,
-                    _scene.state.time ) );
+        auto fault = _time_step.survey( limits );
+        if ( fault.empty() )
+            return;
+        if ( _most_retries > 0 && _scene.state.step > 0 )
+        {
+            fault += "; it was sound when the last step was checked, so look "
+                     "at boundaries, sources and inflows, too, which come "
+                     "after that";
+            restore();
+        }
+        throw NumericalFailure( fault );
     }
 
     //! Keeps what is not of the particles for a step that is repeated.
@@ -288,48 +241,6 @@ class TimeLoop : public SceneRun<Dim>
         _saved_ledger = state.ledger;
         _saved_time = state.time;
         _saved_step = state.step;
-    }
-
-    //! dt = CFL h / max(c + |v|), or less where an effect asks for it.
-    //! \param part of it, for a step that is repeated
-    void chooseTimeStep( const double until, const double part )
-    {
-        auto& state = _scene.state;
-        double dt = Kokkos::Experimental::infinity_v<double>;
-        if ( _fastest > 0 )
-            dt = state.cfl * state.grid.minSpacing() / _fastest;
-        _limiter = "wave speed";
-        for ( std::size_t k = 0; k < _limits.size(); ++k )
-            if ( _limits[k] < dt )
-            {
-                dt = _limits[k];
-                _limiter = k < _scene.modules.size() ? _scene.modules[k].name
-                                                     : "stability";
-            }
-        if ( state.step < start_up_steps )
-            dt *= start_up_factor;
-        if ( part == 1 && !( dt > 1e-14 * ( until - state.time ) ) )
-            throw NumericalFailure( fmt::format(
-                "the time step {:.3g} at step {}, t = {:.8g}, limited by {}, "
-                "is too small for the {:.3g} up to the next output; the run "
-                "would not end: look for a particle that is hot or fast beyond "
-                "reason, or write and end earlier",
-                dt, state.step, state.time, _limiter, until - state.time ) );
-        // What is left before an output is parted evenly: a step of round-off
-        // would be one for nothing, and forces are impulses over dt.
-        const double rest = until - state.time;
-        if ( 2 * dt > rest )
-        {
-            dt = dt * ( 1 + 1e-6 ) >= rest ? rest : 0.5 * rest;
-            _limiter = "output time";
-        }
-        // Of what it would have been, lest it be the same once more.
-        if ( part < 1 )
-        {
-            dt *= part;
-            _limiter = "a repeated step";
-        }
-        state.dt = dt;
     }
 
     //! Lines 2 to 10: from particles to particles, sides not yet applied.
@@ -364,7 +275,7 @@ class TimeLoop : public SceneRun<Dim>
         if ( state.step % stability_every == 0 )
         {
             Profile::Phase phase( "time step" );
-            _stable = stableTimeStep();
+            _time_step.limitByStability( stableTimeStep() );
         }
         each( "grid force", Hook::gridForce, &Module<Dim>::gridForce );
         applyImageWeight( state );
@@ -480,18 +391,10 @@ class TimeLoop : public SceneRun<Dim>
     int _most_retries;
     std::int64_t _retries = 0;
     bool _has_sources = false; // after G2P, in this step
-    //! \name Over all ranks, before the step
-    //! @{
-    double _fastest = 0;         // max of c + |v|
-    std::vector<double> _limits; // of the time step, [modules + 1]
-    //! @}
-    //! That the arrangement of this rank's particles allows.
-    double _stable = std::numeric_limits<double>::infinity();
+    TimeStep<Dim> _time_step{ _scene };
     Ledger _saved_ledger;
     double _saved_time = 0;
     std::int64_t _saved_step = 0;
-    std::string _limiter;
-    Extrema _extrema;
 };
 
 } // namespace Machpoint
