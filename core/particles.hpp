@@ -7,6 +7,7 @@
 #define MACHPOINT_PARTICLES_HPP
 
 #include <core/communicator.hpp>
+#include <core/kept_identities.hpp>
 #include <core/lane_members.hpp>
 #include <core/particle_members.hpp>
 #include <core/sidecar.hpp>
@@ -77,7 +78,7 @@ class Particles
     {
         _keeps = keeps;
         _returns = false;
-        _kept_ends.clear();
+        _kept.clear();
         if ( keeps )
             Impl::resizeWithSlack( _other, _aosoa.size() );
         for ( auto& sidecar : _sidecars )
@@ -123,23 +124,8 @@ class Particles
     //! or marks an id; rows that move are kept as they do.
     void keepIdentities( const IndexList& rows )
     {
-        const int count = rows.extent_int( 0 );
-        if ( !_returns || count == 0 )
-            return;
-        const int first = keptRows();
-        _kept.makeRoom( first + count );
-        _kept_ends.push_back( first + count );
-        const auto kept = _kept;
-        const auto id = slice<Id>();
-        const auto m = slice<Mass>();
-        forEach(
-            "Machpoint::keepIdentities", count,
-            MACHPOINT_LAMBDA( const int k ) {
-                const int p = rows( k );
-                kept.rows( first + k ) = p;
-                kept.mass( first + k ) = m( p );
-                kept.id( first + k ) = id( p );
-            } );
+        if ( _returns )
+            _kept.keep( rows, slice<Mass>(), slice<Id>() );
     }
     //! Returns to the state before the step that has ended last, or before the
     //! one that has begun.
@@ -151,13 +137,7 @@ class Particles
         _reached = {};
         for ( auto& sidecar : _sidecars )
             sidecar->restore( _aosoa.size() );
-        // The first kept of a row is the oldest, so it is given back last.
-        while ( !_kept_ends.empty() )
-        {
-            const int end = keptRows();
-            _kept_ends.pop_back();
-            giveBack( keptRows(), end );
-        }
+        _kept.giveBack( slice<Mass>(), slice<Id>(), size() );
     }
     //! Makes this the state to return to until a step begins.
     void save()
@@ -166,7 +146,7 @@ class Particles
         for ( auto& sidecar : _sidecars )
             sidecar->save();
         _returns = true;
-        _kept_ends.clear();
+        _kept.clear();
     }
     //! @}
 
@@ -452,59 +432,13 @@ class Particles
 #endif
     }
 
-    //! Masses and ids of some rows as they were, in the order in which they
-    //! were kept.
-    struct Identities
-    {
-        IndexList rows{ "Machpoint::keptRows", 0 };
-        Kokkos::View<Real*, MemorySpace> mass{ "Machpoint::keptMasses", 0 };
-        Kokkos::View<std::int64_t*, MemorySpace> id{ "Machpoint::keptIds", 0 };
-
-        //! For n rows; those that are kept stay.
-        void makeRoom( const int n )
-        {
-            if ( rows.extent_int( 0 ) >= n )
-                return;
-            const int room = n + n / 4;
-            Kokkos::resize( Kokkos::WithoutInitializing, rows, room );
-            Kokkos::resize( Kokkos::WithoutInitializing, mass, room );
-            Kokkos::resize( Kokkos::WithoutInitializing, id, room );
-        }
-    };
-
-    //! How many rows are kept.
-    int keptRows() const
-    {
-        return _kept_ends.empty() ? 0 : _kept_ends.back();
-    }
-
-    //! Writes back the mass and id of the rows kept from begin to end - 1, of
-    //! which each stands there once.
-    void giveBack( const int begin, const int end ) const
-    {
-        const auto kept = _kept;
-        const auto m = slice<Mass>();
-        const auto id = slice<Id>();
-        const int n = size();
-        Kokkos::parallel_for(
-            "Machpoint::giveBackIdentities", Range( begin, end ),
-            MACHPOINT_LAMBDA( const int k ) {
-                const int p = kept.rows( k );
-                if ( p >= n ) // it came after the step
-                    return;
-                m( p ) = kept.mass( k );
-                id( p ) = kept.id( k );
-            } );
-    }
-
   private:
     aosoa_type _aosoa;
     aosoa_type _other; // the state before a step, or the one after it
     bool _keeps = false;
-    bool _streams = false;       // is what a step writes too much to cache?
-    bool _returns = false;       // is _other a state to return to?
-    Identities _kept;            // of that state, where they have changed
-    std::vector<int> _kept_ends; // of what each call has kept
+    bool _streams = false; // is what a step writes too much to cache?
+    bool _returns = false; // is _other a state to return to?
+    KeptIdentities _kept;  // of that state, where they have changed
     Reused<int> _sequence{ "Machpoint::rows" };
     Reused<int> _movers{ "Machpoint::movers" };
     Kokkos::Array<bool, AdvancedMembers<Dim>::size> _reached{};
