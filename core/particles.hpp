@@ -394,7 +394,7 @@ class Particles
 #ifdef MACHPOINT_ENABLE_MPI
         const Traffic::Timer timer( Activity::migration );
         const int count = rows.extent_int( 0 );
-        const IndexList targets( "Machpoint::targetRanks", count );
+        const auto targets = _targets.take( count );
         const auto target_of = strays( comm, rank_of );
         int sent = 0;
         reduceEach(
@@ -441,6 +441,7 @@ class Particles
     KeptIdentities _kept;  // of that state, where they have changed
     Reused<int> _sequence{ "Machpoint::rows" };
     Reused<int> _movers{ "Machpoint::movers" };
+    Reused<int> _targets{ "Machpoint::targetRanks" };
     Kokkos::Array<bool, AdvancedMembers<Dim>::size> _reached{};
     std::vector<std::unique_ptr<SidecarBase>> _sidecars;
     Sidecar<LastingMembers>& _lasting; // the first sidecar
