@@ -29,6 +29,9 @@ np = packages.find("numpy")
 
 def main():
     flow = cylinder.parse(__doc__)
+    if not (flow.folder / "particles").is_dir():
+        sys.exit(f"{flow.folder}: this run has no particles; take "
+                 "benchmarks/reference/cylinder_features.py")
     run = Run(flow.folder, 0, "", "", 0)
     middle = (flow.gas["density"] + flow.behind) / 2
     rows = [(data["time"], *planes.ahead_of_body(run, data, flow.body, middle))

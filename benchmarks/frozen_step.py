@@ -10,12 +10,12 @@ grid's new one is of the step before.
 
     python3 benchmarks/frozen_step.py [--docs]
 """
-import argparse
 import pathlib
 import sys
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parent / "performance"))
 
+import options
 import packages
 import page
 
@@ -160,7 +160,7 @@ def table():
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = options.parser(__doc__)
     parser.add_argument("--docs", action="store_true",
                         help="write the table to docs/conservative.md")
     arguments = packages.parse(parser)

@@ -1,6 +1,6 @@
 """Are predictions right? Prices told beforehand beside those that runs then paid.
 
-Usage: python3 benchmarks/price.py [--program FILE] [--threads NUMBER] [NAME]...
+Usage: python3 benchmarks/price.py [--machpoint PATH] [--threads NUMBER] [NAME]...
 
 For each scene of a list, or those named, compares `machpoint run --estimate` with
 the run itself (time of the steps alone, without outputs; the better of two runs),
@@ -8,7 +8,6 @@ and, where an exact solution is known, the error that `--estimate-error` tells w
 the true one. Prints both tables in Markdown, as in docs/accuracy.md. A scene that
 the program was not built for is left out, and named. Exit code: 0.
 """
-import argparse
 import json
 import os
 import pathlib
@@ -52,7 +51,7 @@ class Lacking(Exception):
 
 def machpoint(arguments, scene, sets, *options):
     """What `machpoint run` prints."""
-    words = [arguments.program, "run", str(ROOT / "input" / f"{scene}.json"),
+    words = [arguments.machpoint, "run", str(ROOT / "input" / f"{scene}.json"),
              *options]
     for text in sets:
         words += ["--set", text]
@@ -153,13 +152,12 @@ def table(arguments, head, scenes, make_row):
 
 
 def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", metavar="NAME")
-    executable.add_option(parser, "--program")
+    parser = options.parser(__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME",
+                        help="of a scene; default: all of the list")
+    executable.add_option(parser)
     parser.add_argument("--threads", type=options.whole(1), default=1,
-                        metavar="NUMBER")
+                        metavar="NUMBER", help="default: 1")
     arguments = parser.parse_args()
     for name in arguments.names:
         if name not in TIMED and name not in JUDGED:

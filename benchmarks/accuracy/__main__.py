@@ -9,7 +9,6 @@ tables to docs/accuracy.md, and the pictures that it shows to docs/pictures. Wha
 DIR already is not run again. --repeats replaces that of the studies. Exit code: 0; 1 when
 a study fails.
 """
-import argparse
 import json
 import os
 import pathlib
@@ -120,14 +119,16 @@ def spreads(study):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     executable.add_option(parser)
     parser.add_argument("--study", metavar="NAME", action="append",
-                        choices=STUDIES)
-    parser.add_argument("--repeats", type=options.whole(1), metavar="NUMBER")
+                        choices=STUDIES, help="may be repeated; default: all")
+    parser.add_argument("--repeats", type=options.whole(1), metavar="NUMBER",
+                        help="how often each run is timed; default: as each study says")
     parser.add_argument("--output", metavar="DIR", type=options.folder,
-                        default="out/accuracy")
-    parser.add_argument("--docs", action="store_true")
+                        default="out/accuracy", help="default: out/accuracy")
+    parser.add_argument("--docs", action="store_true",
+                        help="write docs/accuracy.md, too")
     arguments = parser.parse_args()
     import figure # says what pictures lack
     if arguments.docs and arguments.repeats:

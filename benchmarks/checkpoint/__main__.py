@@ -15,7 +15,6 @@ Memory is that of all ranks. Before each measurement the disk's queue is emptied
 (sync). All files are in a folder of their own in DIR, which is gone at the end; with
 DIR in /dev/shm there is no disk. Exit code: 0.
 """
-import argparse
 import json
 import multiprocessing
 import os
@@ -159,19 +158,21 @@ def counts(text):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     executable.add_option(parser)
     parser.add_argument("--cells", type=options.whole(1), default=1600,
-                        metavar="NUMBER")
+                        metavar="NUMBER", help="along an axis; default: 1600")
     parser.add_argument("--ranks", type=counts, default="1,2",
-                        metavar="NUMBER,...")
+                        metavar="NUMBER,...", help="measured in turn; default: 1,2")
     parser.add_argument("--repeats", type=options.whole(1), default=5,
-                        metavar="NUMBER")
+                        metavar="NUMBER", help="default: 5")
     parser.add_argument("--set", action="append", dest="settings", default=[],
-                        metavar="path=value")
-    parser.add_argument("--mpiexec", default="mpirun", metavar="COMMAND")
+                        metavar="path=value",
+                        help="of the scene, as machpoint run takes it")
+    parser.add_argument("--mpiexec", default="mpirun", metavar="COMMAND",
+                        help="starts several ranks; default: mpirun")
     parser.add_argument("--output", type=options.folder, metavar="DIR",
-                        default="out/checkpoint")
+                        default="out/checkpoint", help="default: out/checkpoint")
     arguments = parser.parse_args()
     if max(arguments.ranks) > 1:
         arguments.mpiexec = launcher.find(parser, arguments.mpiexec)

@@ -19,7 +19,6 @@ computes with doubles in a build in single precision. A kernel that has all regi
 that its launch bounds give it (RangeOf in core/types.hpp) may keep some numbers there:
 that was measured to pay.
 """
-import argparse
 import collections
 import os
 import pathlib
@@ -31,6 +30,7 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "performance")]
 
+import options
 import page
 from kernel_names import STEP, function_of
 
@@ -150,11 +150,14 @@ def made_of(build):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     parser.add_argument("--build", type=pathlib.Path,
-                        default=page.ROOT / "build" / "cuda")
-    parser.add_argument("--cuobjdump", default="cuobjdump")
-    parser.add_argument("--docs", action="store_true")
+                        default=page.ROOT / "build" / "cuda",
+                        help="default: build/cuda")
+    parser.add_argument("--cuobjdump", default="cuobjdump",
+                        help="NVIDIA's; default: the one on the PATH")
+    parser.add_argument("--docs", action="store_true",
+                        help="write docs/performance.md, too")
     arguments = parser.parse_args()
     if arguments.docs:
         page.require("gpu code")

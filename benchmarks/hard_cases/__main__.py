@@ -56,23 +56,30 @@ def override(text):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     parser.add_argument("--fast", action="store_true",
                         help="seconds instead of hours")
-    parser.add_argument("--case", action="append", metavar="NAME")
-    parser.add_argument("--method", action="append", choices=list(METHODS))
+    parser.add_argument("--case", action="append", metavar="NAME",
+                        help="may be repeated; default: all")
+    parser.add_argument("--method", action="append", choices=list(METHODS),
+                        help="may be repeated; default: all")
     executable.add_option(parser)
     parser.add_argument("--reference", metavar="PATH", type=options.program,
                         help="machpoint_reference; default: beside machpoint")
     parser.add_argument("--output", metavar="DIR", type=options.folder,
-                        default="out/hard_cases")
+                        default="out/hard_cases", help="default: out/hard_cases")
     parser.add_argument("--keep", action="store_true", help="keep all fields")
     parser.add_argument("--set", action="append", type=override, default=[],
-                        metavar="PATH=VALUE", dest="sets")
-    parser.add_argument("--draws", type=options.whole(1), metavar="NUMBER")
-    parser.add_argument("--cfl", action="store_true")
-    parser.add_argument("--docs", action="store_true")
-    parser.add_argument("--kept", action="store_true")
+                        metavar="PATH=VALUE", dest="sets",
+                        help="of every scene, as machpoint run takes it")
+    parser.add_argument("--draws", type=options.whole(1), metavar="NUMBER",
+                        help="solve that many random Riemann problems, too")
+    parser.add_argument("--cfl", action="store_true",
+                        help="search the largest stable CFL numbers, too")
+    parser.add_argument("--docs", action="store_true",
+                        help="all of that; write docs/stability.md")
+    parser.add_argument("--kept", action="store_true",
+                        help="run nothing: take the results that DIR holds")
     arguments = packages.parse(parser)
     if arguments.docs and (arguments.fast or arguments.case or
                            arguments.method or arguments.sets):

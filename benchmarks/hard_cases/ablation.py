@@ -8,7 +8,6 @@ Prints a table; --docs writes docs/ablation.md. Cost is the time of a particle
 step of the cylindrical blast over the default's in the same round: the median of
 five rounds, and how far they lie apart.
 """
-import argparse
 import json
 import pathlib
 import statistics
@@ -17,6 +16,7 @@ import sys
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "performance"))
 
 import executable
+import options
 import packages
 import planes
 import program
@@ -115,10 +115,12 @@ def show(values):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     executable.add_option(parser)
-    parser.add_argument("--output", metavar="DIR", default="out/ablation")
-    parser.add_argument("--docs", action="store_true")
+    parser.add_argument("--output", metavar="DIR", default="out/ablation",
+                        help="default: out/ablation")
+    parser.add_argument("--docs", action="store_true",
+                        help="write docs/ablation.md, too")
     arguments = packages.parse(parser)
     machpoint = str(pathlib.Path(arguments.machpoint).resolve())
     revision = program.revision(machpoint)

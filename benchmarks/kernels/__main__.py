@@ -13,7 +13,6 @@ or fail, their rows are left out, and the reason is told. Exit code: 0; 1 when
 machpoint_kernels fails or lacks what was asked for, or nothing draws pictures; 2 for
 options that cannot be met.
 """
-import argparse
 import json
 import pathlib
 import shutil
@@ -144,12 +143,13 @@ def require_all(cases):
 
 
 def parse():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     parser.add_argument("--kernels", metavar="PATH",
                         default=page.ROOT / "build/openmp" /
-                        results.EXECUTABLE)
+                        results.EXECUTABLE,
+                        help=f"default: build/openmp/{results.EXECUTABLE}")
     parser.add_argument("--output", metavar="DIR", type=options.folder,
-                        default="out/kernels")
+                        default="out/kernels", help="default: out/kernels")
     parser.add_argument("--filter", metavar="REGEX",
                         help="of names that machpoint_kernels "
                         "--benchmark_list_tests tells; default: all")

@@ -8,7 +8,6 @@ BUILD is a folder with machpoint_kernels. Prints for each case and build the lea
 the median of the rounds in ns a particle step, and the ratio of both to the first
 build's. A round has one sample unless told. Exit code: 0.
 """
-import argparse
 import pathlib
 import statistics
 import sys
@@ -53,14 +52,16 @@ def table(builds, times):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("builds", metavar="BUILD", nargs="+")
+    parser = options.parser(__doc__)
+    parser.add_argument("builds", metavar="BUILD", nargs="+",
+                        help="a folder with machpoint_kernels")
     parser.add_argument("--filter", metavar="REGEX",
-                        default="^apic/quadratic/2D/4/ordered/(step|P2G|G2P)/")
+                        default="^apic/quadratic/2D/4/ordered/(step|P2G|G2P)/",
+                        help="of the names of cases; default: apic in 2D")
     parser.add_argument("--threads", metavar="NUMBER", default=1,
-                        type=options.whole(1))
+                        type=options.whole(1), help="default: 1")
     parser.add_argument("--rounds", metavar="NUMBER", default=8,
-                        type=options.whole(1))
+                        type=options.whole(1), help="default: 8")
     results.add_sizes(parser)
     parser.set_defaults(samples=1)
     arguments = parser.parse_args()

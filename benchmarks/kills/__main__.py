@@ -14,7 +14,6 @@ the undisturbed run (on one thread sums repeat exactly), and no file may be
 broken. All runs have a folder of their own in DIR, which stays if something is
 wrong. Exit code: 0 if nothing is, else 1.
 """
-import argparse
 import os
 import pathlib
 import random
@@ -38,17 +37,23 @@ h5py = packages.find("h5py")
 
 
 def parse():
-    parser = argparse.ArgumentParser(
-        description=__doc__.split("\n\n", maxsplit=1)[0])
+    parser = options.parser(__doc__)
     parser.add_argument("input", nargs="?",
-                        default=ROOT / "input" / "cylinder_mach3.json")
-    parser.add_argument("--kills", type=options.whole(1), default=50)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--ranks", type=options.whole(1), default=1)
+                        default=ROOT / "input" / "cylinder_mach3.json",
+                        help="scene; default: input/cylinder_mach3.json")
+    parser.add_argument("--kills", type=options.whole(1), default=50,
+                        help="how often a run is killed; default: 50")
+    parser.add_argument("--seed", type=int, default=1,
+                        help="of the moments and ranks; default: 1")
+    parser.add_argument("--ranks", type=options.whole(1), default=1,
+                        help="of a run; default: 1")
     executable.add_option(parser)
-    parser.add_argument("--mpiexec", default="mpirun")
-    parser.add_argument("--output", type=options.folder, default="out/kills")
-    parser.add_argument("--set", action="append", dest="settings", default=[])
+    parser.add_argument("--mpiexec", default="mpirun",
+                        help="starts several ranks; default: mpirun")
+    parser.add_argument("--output", type=options.folder, default="out/kills",
+                        help="default: out/kills")
+    parser.add_argument("--set", action="append", dest="settings", default=[],
+                        help="path=value: of the scene, as machpoint run takes it")
     arguments = packages.parse(parser)
     if arguments.ranks > 1:
         arguments.mpiexec = launcher.find(parser, arguments.mpiexec)

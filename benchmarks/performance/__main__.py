@@ -8,7 +8,6 @@ and what draws pictures. PATH: an interpreter that has taichi and warp. NUMBER: 
 of the first and the last, at least 3 (default: as each has it); with 3 it takes 25 minutes
 of a quiet machine with two cores. Exit code: 0, or that of the one that failed.
 """
-import argparse
 import pathlib
 import subprocess
 import sys
@@ -22,11 +21,13 @@ import page
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     parser.add_argument("--python", metavar="PATH", type=options.program,
-                        default=sys.executable)
+                        default=sys.executable,
+                        help="interpreter that has taichi and warp")
     parser.add_argument("--rounds", metavar="NUMBER",
-                        type=options.whole(options.ROUNDS))
+                        type=options.whole(options.ROUNDS),
+                        help="of speed and sod_sweep; default: as each has it")
     arguments = parser.parse_args()
     import figure # says what pictures lack
     page.require("speed", "kernels", "sod_sweep")

@@ -13,4 +13,5 @@ def _type(text):
 def add_option(parser, name="--machpoint"):
     """It ends the program where what is named is no machpoint."""
     parser.add_argument(name, metavar="PATH", type=_type,
-                        default=str(ROOT / "build/openmp/machpoint"))
+                        default=str(ROOT / "build/openmp/machpoint"),
+                        help="default: build/openmp/machpoint")

@@ -6,6 +6,12 @@ import shutil
 ROUNDS = 3  # of what a page shows, at least
 
 
+def parser(text):
+    """A parser whose --help shows text, a program's docstring, as it stands."""
+    return argparse.ArgumentParser(
+        description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
 def whole(least):
     """A type of argparse: whole numbers that are not below least."""
     def number(text):

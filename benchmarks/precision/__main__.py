@@ -15,7 +15,6 @@ precision, in turn and on one thread:
 --docs writes docs/performance.md, of all scenes and at least three rounds. Exit code:
 0; 2 without three such builds.
 """
-import argparse
 import pathlib
 import statistics
 import sys
@@ -118,14 +117,17 @@ def speed_rows(run, some, rounds):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     for name, folder in zip(PRECISIONS, ("serial", "mixed", "single")):
         parser.add_argument(f"--{name}", type=pathlib.Path, metavar="DIR",
-                            default=page.ROOT / "build" / folder)
-    parser.add_argument("--rounds", type=options.whole(1), metavar="NUMBER")
+                            default=page.ROOT / "build" / folder,
+                            help=f"build in {name} precision; default: build/{folder}")
+    parser.add_argument("--rounds", type=options.whole(1), metavar="NUMBER",
+                        help="how often each scene is run; default: 5")
     parser.add_argument("--fast", action="store_true",
                         help="three scenes in 2D, by default one round: a trial")
-    parser.add_argument("--docs", action="store_true")
+    parser.add_argument("--docs", action="store_true",
+                        help="write docs/performance.md, too")
     arguments = parser.parse_args()
     fast = arguments.fast
     rounds = arguments.rounds or (1 if fast else 5)

@@ -1,9 +1,9 @@
 """A run past a cylinder that a command line names, and what is known of its flow."""
-import argparse
 import json
 import pathlib
 import types
 
+import options
 import packages
 
 
@@ -13,7 +13,7 @@ def parse(text):
 
     text: the docstring of what is run.
     """
-    parser = argparse.ArgumentParser(description=text.splitlines()[0])
+    parser = options.parser(text)
     parser.add_argument("folder", metavar="DIR", type=pathlib.Path,
                         help="a run of input/cylinder_mach3.json")
     parser.add_argument("first", metavar="first_time", type=float, nargs="?",

@@ -13,7 +13,6 @@ writes docs/scaling.md too. A case that the build lacks (dimension, basis) is le
 out, and named. On a machine with other work going on, figures mean little. Exit
 code: 0.
 """
-import argparse
 import json
 import os
 import pathlib
@@ -115,14 +114,16 @@ def show_kept(kept):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     executable.add_option(parser)
     parser.add_argument("--triad", metavar="PATH", type=options.program,
                         help="machpoint_triad; default: beside machpoint")
-    parser.add_argument("--mpiexec", metavar="COMMAND", default="mpirun")
+    parser.add_argument("--mpiexec", metavar="COMMAND", default="mpirun",
+                        help="starts several ranks; default: mpirun")
     parser.add_argument("--output", metavar="DIR", type=options.folder,
-                        default="out/scaling")
-    parser.add_argument("--repeats", type=options.whole(1), metavar="NUMBER")
+                        default="out/scaling", help="default: out/scaling")
+    parser.add_argument("--repeats", type=options.whole(1), metavar="NUMBER",
+                        help="how often each scene is run; default: 5, with --fast 2")
     # The first one is not counted.
     parser.add_argument("--steps", type=options.whole(2), metavar="NUMBER",
                         help="of a run; long ones overlap better")
@@ -130,7 +131,8 @@ def main():
                         help="may be repeated; default: all")
     parser.add_argument("--fast", action="store_true",
                         help="small scenes, two repeats: does it work?")
-    parser.add_argument("--docs", action="store_true")
+    parser.add_argument("--docs", action="store_true",
+                        help="write docs/scaling.md, too")
     arguments = packages.parse(parser)
     repeats = arguments.repeats or (2 if arguments.fast else 5)
     options.require_full(parser, arguments, repeats, ["fast", "topic", "steps"])

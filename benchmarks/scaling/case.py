@@ -85,7 +85,7 @@ class Bench:
                    "--max-steps", str(case.steps), "--quiet", "--overwrite",
                    "--output", str(directory)]
         self.commands[case.name] = shlex.join(
-            ["mpirun", "-n", str(case.ranks), "machpoint", "run",
+            [*self.mpiexec, "-n", str(case.ranks), "machpoint", "run",
              f"input/{case.scene}.json", *words, "--max-steps",
              str(case.steps)])
         # Copies that start at once must not make one directory, also where the

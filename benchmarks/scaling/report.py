@@ -243,7 +243,14 @@ kernels, particles that move as little as those of these short runs, and
         text += "\n## Left out\n\n"
         text += "".join(f"- `{name}`: {reason}\n"
                         for name, reason in bench.lacking.items())
-    text += "\n## Commands\n\n"
+    text += """
+## Commands
+
+Ranks have a thread each (`OMP_NUM_THREADS=1`). With fewer cores than ranks Open MPI asks for
+`--oversubscribe`, which the benchmark says by `OMPI_MCA_rmaps_base_oversubscribe=1` in the
+environment.
+
+"""
     for case in results:
         if case.copies == 1:
             text += f"    {bench.commands[case.name]}\n"

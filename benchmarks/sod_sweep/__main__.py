@@ -25,7 +25,6 @@ quiet, writes DIR/results.json and DIR/sod_sweep.png. --docs, of the full size a
 least three rounds, also writes docs/performance.md and docs/pictures/sod_sweep.png.
 Exit code: 0; 2 for options that cannot be met.
 """
-import argparse
 import json
 import os
 import pathlib
@@ -114,9 +113,10 @@ def section(record, docs):
 
 
 def parse():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     parser.add_argument("--build", action="append", default=[],
-                        metavar="[NAME=]DIR")
+                        metavar="[NAME=]DIR",
+                        help="may be repeated; default: every preset that is built")
     parser.add_argument("--rounds", type=options.whole(1), default=5,
                         metavar="NUMBER", help="how often a size is run, at most")
     parser.add_argument("--seconds", type=options.positive, default=30,
@@ -127,10 +127,12 @@ def parse():
     parser.add_argument("--cylinders", type=options.whole(0), default=5,
                         metavar="NUMBER", help="how many sizes of the cylinder")
     parser.add_argument("--threads", type=options.whole(1),
-                        default=os.cpu_count(), metavar="NUMBER")
+                        default=os.cpu_count(), metavar="NUMBER",
+                        help="default: as many as cores")
     parser.add_argument("--output", type=options.folder, metavar="DIR",
-                        default="out/sod_sweep")
-    parser.add_argument("--docs", action="store_true")
+                        default="out/sod_sweep", help="default: out/sod_sweep")
+    parser.add_argument("--docs", action="store_true",
+                        help="write docs/performance.md, too")
     arguments = parser.parse_args()
     options.require_full(parser, arguments, arguments.rounds,
                          ["largest", "cylinders", "seconds"])

@@ -13,7 +13,6 @@ and writes DIR/results.json. --docs, of at least three rounds, writes
 docs/performance.md too. What cannot run is left out, and named. Exit code: 0; 2 for
 options that cannot be met.
 """
-import argparse
 import functools
 import json
 import pathlib
@@ -160,23 +159,26 @@ def section(record, docs):
 
 def parse():
     """The options, which can be met, and the rounds."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = options.parser(__doc__)
     parser.add_argument("--build", metavar="DIR", type=pathlib.Path,
-                        default=page.ROOT / "build/openmp")
+                        default=page.ROOT / "build/openmp",
+                        help="default: build/openmp")
     parser.add_argument("--serial", metavar="DIR", type=pathlib.Path,
-                        default=page.ROOT / "build/serial")
+                        default=page.ROOT / "build/serial",
+                        help="default: build/serial")
     parser.add_argument("--python", metavar="PATH", type=options.program,
                         default=sys.executable,
                         help="interpreter that has taichi and warp")
     parser.add_argument("--rounds", type=options.whole(1), metavar="NUMBER",
                         help="5, or with --fast 1")
     parser.add_argument("--dimensions", type=int, nargs="+", default=[2, 3],
-                        choices=[2, 3], metavar="DIM")
+                        choices=[2, 3], metavar="DIM", help="default: 2 3")
     parser.add_argument("--output", metavar="DIR", type=options.folder,
-                        default="out/speed")
+                        default="out/speed", help="default: out/speed")
     parser.add_argument("--fast", action="store_true",
                         help="tiny sizes, one round: does it work?")
-    parser.add_argument("--docs", action="store_true")
+    parser.add_argument("--docs", action="store_true",
+                        help="write docs/performance.md, too")
     arguments = parser.parse_args()
     rounds = arguments.rounds or (1 if arguments.fast else 5)
     options.require_full(parser, arguments, rounds, ["fast", "dimensions"])
