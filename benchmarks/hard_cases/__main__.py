@@ -58,7 +58,7 @@ def override(text):
 def main():
     parser = options.parser(__doc__)
     parser.add_argument("--fast", action="store_true",
-                        help="seconds instead of hours")
+                        help="small versions, seconds each")
     parser.add_argument("--case", action="append", metavar="NAME",
                         help="may be repeated; default: all")
     parser.add_argument("--method", action="append", choices=list(METHODS),
