@@ -6,7 +6,7 @@ Gas at rest in a periodic square on quadratic splines, without viscosity: the
 particles' places are kept, and what is left of the step is linear in their
 velocities, affine matrices and pressures. A step is applied over and over to
 noise. Compared are divergences that the half step's pressure may foresee; the
-grid's new one is of the step before.
+grid's new one is of the step before. It takes some five minutes.
 
     python3 benchmarks/frozen_step.py [--docs]
 """
