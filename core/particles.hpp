@@ -128,12 +128,18 @@ class Particles
             _kept.keep( rows, slice<Mass>(), slice<Id>() );
     }
     //! Returns to the state before the step that has ended last, or before the
-    //! one that has begun.
+    //! one that has begun. \throws std::logic_error there is none: it was not
+    //! kept, is returned to already, or particles have been sorted since
     void restore()
     {
+        if ( !_keeps && !_returns )
+            throw std::logic_error(
+                "there is no state to return to: begin a step that keeps it, "
+                "or save it, and sort no particles in between" );
         if ( !_keeps )
             std::swap( _aosoa, _other );
         _keeps = false;
+        _returns = false;
         _reached = {};
         for ( auto& sidecar : _sidecars )
             sidecar->restore( _aosoa.size() );
