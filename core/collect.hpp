@@ -98,7 +98,7 @@ inline IndexList sortRows( const IndexList& list, const HostRowList& copy )
 
   One pass over all rows where a scan takes two; threads append what they find
   and the list, which is short, is sorted after.
-  \param most as many as there can be, known from the pass that marked them
+  \param most as many as there can be
   \param test of a row, callable on the device
 */
 template <class Test>

@@ -2,8 +2,9 @@
   \file module.hpp
   \brief Layer 4: what an effect or a boundary is. A module is a struct with a
   name, its declared parameters, and any of the hooks below; the time loop calls
-  the hooks of the modules in the scene, in the order of the input. What its
-  type says of an entry before that is in input_hooks.hpp.
+  the hooks of the modules in the scene, in the order of the input, but the
+  equation of state first, bodies before sides, and of sides periodic ones
+  first. What its type says of an entry before that is in input_hooks.hpp.
 */
 #ifndef MACHPOINT_MODULE_HPP
 #define MACHPOINT_MODULE_HPP

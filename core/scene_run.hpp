@@ -132,7 +132,8 @@ class SceneRun : public Simulation
     }
 
     //! Calls action( module ) for the modules that have a hook of their own,
-    //! in the order of the input.
+    //! in the order of the input, but the equation of state first, bodies
+    //! before sides, and of sides periodic ones first.
     template <class Action>
     void withEach( const Hook hook, const Action& action )
     {

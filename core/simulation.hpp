@@ -83,8 +83,8 @@ class Simulation
   public:
     virtual ~Simulation() = default;
 
-    //! One time step, not beyond `until`. \throws NumericalFailure; the state
-    //! is then the last good one
+    //! One time step, not beyond `until`. \throws NumericalFailure; with
+    //! `time.retries` above 0 the state is then the last good one
     virtual void step( double until ) = 0;
 
     virtual int dimension() const = 0;

@@ -18,9 +18,9 @@ namespace Machpoint
 
   Von Neumann and Richtmyer 1950 (quadratic part), Landshoff 1955 (linear
   part). D is the trace of the particle's velocity gradient, so the effect
-  needs no state of its own; a method that keeps the flow (State::flow) gives
-  the divergence of the grid velocity and a limiter that multiplies q. h is the
-  smallest spacing.
+  needs no state of its own; a method that has rates (State::rates) takes the
+  trace of its affine fit of the grid's new velocity instead, with a limiter
+  that multiplies q. h is the smallest spacing.
 */
 template <int Dim>
 class ArtificialViscosity : public Module<Dim>

@@ -81,10 +81,12 @@ Real largeVolume( const State<Dim>& state, const ConservativeParts& parts )
 
 /*!
   \brief Halves particles larger than state.large_volume along the axis of the
-  largest stretch S: offsets +- h (V/h^d)^(1/d) e^min(S, .7) / 4, at most
-  most_split_offset of a cell and to the sides of the domain. The halves keep v,
-  C and e; mass, momentum, energy and volume stay (on hats, what the affine
-  energy loses becomes heat). Looks for them where a kernel has told of one.
+  largest stretch S, or along m axes that share it: offsets
+  +- h (V/h^d)^(1/d) e^min(S, .7) / (4 sqrt m), at most most_split_offset of a
+  cell and to the sides of the domain. S gains ln 2 / d on every axis and loses
+  ln 2 / m on those m. The halves keep v, C and e; mass, momentum, energy and
+  volume stay (on hats, what the affine energy loses becomes heat). Looks for
+  them where a kernel has told of one.
   \param new_ids scratch
 */
 template <int Dim>
