@@ -33,8 +33,8 @@ struct Bounds
     KOKKOS_FORCEINLINE_FUNCTION auto
     excludes( const VectorOf<Dim, Number>& x ) const
     {
-        auto beyond = x[0] < Number( lower[0] );
-        for ( int d = 0; d < Dim; ++d )
+        auto beyond = x[0] < Number( lower[0] ) || Number( upper[0] ) < x[0];
+        for ( int d = 1; d < Dim; ++d )
             beyond = beyond || x[d] < Number( lower[d] ) ||
                      Number( upper[d] ) < x[d];
         return beyond;

@@ -106,8 +106,7 @@ void placeParticles( const Json& input, Scene<Dim>& scene )
     if ( first_fault < comm.size() )
         throw InputError(
             { comm.from( static_cast<int>( first_fault ), fault ) } );
-    if ( state.decomposition.comm().sum( static_cast<std::int64_t>( count ) ) ==
-         0 )
+    if ( comm.sum( static_cast<std::int64_t>( count ) ) == 0 )
         throw InputError(
             { "/initial: no particle finds room: obstacles and regions leave "
               "no gas in the domain; shrink the obstacle or widen a region" } );

@@ -1,6 +1,6 @@
 #include <drivers/exact_doubts.hpp>
 
-#include <drivers/sample_grid.hpp>
+#include <drivers/body_doubts.hpp>
 
 #include <core/exact.hpp>
 #include <core/initial_gas.hpp>
@@ -32,8 +32,8 @@ class ExactDoubts
     {
         for ( const auto& entry : input.at( "boundary" ) )
             if ( const auto& hooks = boundaryHooks( entry, Dim ); hooks.solid )
-                _bodies.push_back(
-                    makeShape<Dim, Kokkos::HostSpace>( hooks.solid( entry ) ) );
+                _bodies.push_back( { "", makeShape<Dim, Kokkos::HostSpace>(
+                                             hooks.solid( entry ) ) } );
         _samples.forEach(
             [&]( const Indices<Dim>& i, int ) {
                 _densest =
@@ -131,13 +131,6 @@ class ExactDoubts
                difference <= tolerance * speed;
     }
 
-    bool isInBody( const Vector<Dim>& x ) const
-    {
-        return std::any_of( _bodies.begin(), _bodies.end(),
-                            [&]( const auto& body )
-                            { return body.distance( x ) < 0; } );
-    }
-
     //! Is the exact start the same a sample aside? It may jump at a place.
     bool isSmooth( Vector<Dim> x ) const
     {
@@ -166,7 +159,7 @@ class ExactDoubts
             {
                 const auto x = _samples.center( i );
                 Gradient gradient;
-                if ( !found && !isInBody( x ) && hasGas( x, 0 ) &&
+                if ( !found && !isInBody<Dim>( _bodies, x ) && hasGas( x, 0 ) &&
                      !areSame( at( x, 0 ), initial.at( x, gradient ) ) &&
                      isSmooth( x ) )
                     found = x;
@@ -182,7 +175,8 @@ class ExactDoubts
             [&]( const Indices<Dim>& i, int )
             {
                 const auto x = _samples.center( i );
-                if ( !found.empty() || isInBody( x ) || !hasGas( x, t ) )
+                if ( !found.empty() || isInBody<Dim>( _bodies, x ) ||
+                     !hasGas( x, t ) )
                     return;
                 for ( int side = 0; side < 2 * Dim && found.empty(); ++side )
                     if ( i[side / 2] ==
@@ -222,7 +216,7 @@ class ExactDoubts
             _bodies.begin(), _bodies.end(),
             [&]( const auto& body )
             {
-                const auto nearest = body.nearest( x );
+                const auto nearest = body.shape.nearest( x );
                 if ( nearest.distance > _samples.grid().minSpacing() )
                     return true;
                 const auto gas = at( x, t );
@@ -240,7 +234,7 @@ class ExactDoubts
     GasLaw _law;
     Vector3 _periods;
     SampleGrid<Dim> _samples;
-    std::vector<Shape<Dim, Kokkos::HostSpace>> _bodies;
+    std::vector<SampledBody<Dim>> _bodies;
     double _densest = 0; // of the exact start
 };
 
