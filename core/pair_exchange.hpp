@@ -6,7 +6,7 @@
 #ifndef MACHPOINT_PAIR_EXCHANGE_HPP
 #define MACHPOINT_PAIR_EXCHANGE_HPP
 
-#include <core/lanes.hpp>
+#include <core/transfer.hpp>
 
 namespace Machpoint
 {
@@ -47,6 +47,39 @@ struct PairExchange
                ( Lanes( 1.0 ) - part ) * ( eta_e - eta * own );
     }
 };
+
+/*!
+  \brief Adds to nodes what such an exchange needs of the particles: m and m e,
+  and where Parts m eta and m eta e, too, eta their ConductedHeat. e is heat,
+  e - p_inf / rho, of a stiffened gas.
+  \param label of the kernel
+  \param sums the scatter of a field [nodes][2], or [nodes][4] where Parts
+*/
+template <class Basis, bool Parts, int Dim, class Sums>
+void depositShares( const char* label, const State<Dim>& state,
+                    const Sums& sums )
+{
+    const Real reference = state.reference_pressure;
+    const auto V = state.particles.template slice<Volume>();
+    const auto m = state.particles.template slice<Mass>();
+    const auto e = state.particles.template slice<SpecificInternalEnergy>();
+    const auto share = sliceOfRates<ConductedHeat>( state );
+    const auto layout = state.layout;
+    forEachDeposit<Basis>(
+        label, state, sums,
+        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
+                          const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
+            [[maybe_unused]] const auto& eta = share;
+            Products<ValueTerms<Parts ? 4 : 2>, Dim, Lanes> terms;
+            terms.value[0] = load( m, p );
+            terms.value[1] =
+                terms.value[0] * load( e, p ) - reference * load( V, p );
+            if constexpr ( Parts )
+                for ( int t = 0; t < 2; ++t )
+                    terms.value[2 + t] = load( eta, p ) * terms.value[t];
+            return addProductsLater( nodes, p, s, layout, s.w, terms );
+        } );
+}
 
 } // namespace Machpoint
 

@@ -55,28 +55,6 @@ struct Straggler
     }
 };
 
-//! Adds m and m e of the particles, e without what a stiffened gas has of its
-//! reference pressure. \param sums the scatter of a field [nodes][2]
-template <class Basis, int Dim, class Sums>
-void depositTemperature( const State<Dim>& state, const Sums& sums )
-{
-    const Real reference = state.reference_pressure;
-    const auto V = state.particles.template slice<Volume>();
-    const auto m = state.particles.template slice<Mass>();
-    const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto layout = state.layout;
-    forEachDeposit<Basis>(
-        "Machpoint::nodeTemperature", state, sums,
-        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                          const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
-            Products<ValueTerms<2>, Dim, Lanes> terms;
-            terms.value[0] = load( m, p );
-            terms.value[1] =
-                terms.value[0] * load( e, p ) - reference * load( V, p );
-            return addProductsLater( nodes, p, s, layout, s.w, terms );
-        } );
-}
-
 //! Adds V q_d d_d w of the particles, q = -k grad e of the nodes, and what
 //! stragglers exchange. \param conducted k dt sum_d h_d^-2, mass/volume
 //! \param means m and e [nodes][2] \param sums the scatter of a field
@@ -258,8 +236,11 @@ class HeatConduction : public Module<Dim>
     template <class Basis>
     void conduct( State<Dim>& state )
     {
-        _means.deposit( [&]( const auto& sums )
-                        { Impl::depositTemperature<Basis>( state, sums ); } );
+        _means.deposit(
+            [&]( const auto& sums ) {
+                depositShares<Basis, false>( "Machpoint::nodeTemperature",
+                                             state, sums );
+            } );
         _means.foldAndFill( state.halo, NodeComponents<2>{} );
         const auto means = _means.field();
         divideByFirst<2>( "Machpoint::divideTemperature", means );

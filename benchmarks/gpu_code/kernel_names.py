@@ -10,7 +10,7 @@ STEP = {
     "gridToParticlesApic": "G2P of `apic`",
     "depositParticles": "P2G of `conservative`",
     "gatherParticles": "G2P of `conservative`",
-    "depositConduction": "P2G of conducted heat",
+    "depositShares": "P2G of conducted heat",
     "conductHeat": "G2P of conducted heat",
     "evaluateGas": "equation of state, survey",
     "gridVelocity": "velocities of nodes",

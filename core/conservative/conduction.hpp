@@ -8,39 +8,11 @@
 
 #include <core/pair_exchange.hpp>
 #include <core/soundness.hpp>
-#include <core/transfer.hpp>
 
 namespace Machpoint
 {
 namespace Impl
 {
-
-//! Adds m, m e, m eta and m eta e of the particles, e without what a stiffened
-//! gas has of its reference pressure.
-//! \param sums the scatter of a field [nodes][4]
-template <class Basis, int Dim, class Sums>
-void depositConduction( const State<Dim>& state, const Sums& sums )
-{
-    const Real reference = state.reference_pressure;
-    const auto V = state.particles.template slice<Volume>();
-    const auto m = state.particles.template slice<Mass>();
-    const auto e = state.particles.template slice<SpecificInternalEnergy>();
-    const auto share = sliceOfRates<ConductedHeat>( state );
-    const auto layout = state.layout;
-    forEachDeposit<Basis>(
-        "Machpoint::conductedHeat", state, sums,
-        MACHPOINT_LAMBDA( const Pack p, const Stencil<Basis, Dim, Lanes>& s,
-                          const NodesOf<Sums>& nodes ) MACHPOINT_INLINE {
-            const Lanes part = load( share, p );
-            Products<ValueTerms<4>, Dim, Lanes> terms;
-            terms.value[0] = load( m, p );
-            terms.value[1] =
-                terms.value[0] * load( e, p ) - reference * load( V, p );
-            terms.value[2] = part * terms.value[0];
-            terms.value[3] = part * terms.value[1];
-            return addProductsLater( nodes, p, s, layout, s.w, terms );
-        } );
-}
 
 //! Has any particle of any rank felt friction? Collective.
 template <int Dim>
@@ -78,8 +50,10 @@ void conductHeat( State<Dim>& state, NodeSum& heat )
     const auto layout = state.layout;
     const auto means = heat.field();
 
-    heat.deposit( [&]( const auto& nodes )
-                  { depositConduction<Basis>( state, nodes ); } );
+    heat.deposit(
+        [&]( const auto& nodes ) {
+            depositShares<Basis, true>( "Machpoint::nodeHeat", state, nodes );
+        } );
     heat.foldAndFill( state.halo, NodeComponents<4>{} );
     divideByFirst<4>( "Machpoint::meanHeat", means );
     forEachStencil<Basis>(
