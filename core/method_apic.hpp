@@ -129,8 +129,6 @@ void gridToParticlesApic( const State<Dim>& state )
             Lanes D = 0.5_rt * diverging;
             for ( int a = 0; a < Dim; ++a )
                 D += 0.5_rt * old_C[a][a];
-            Lanes affine( 0.0 );     // sum |C'|^2 moment at the old position
-            Lanes affine_new( 0.0 ); // and at the new one
             VectorOf<Dim, Lanes> new_x{}, new_v{};
             for ( int a = 0; a < Dim; ++a )
             {
@@ -140,33 +138,14 @@ void gridToParticlesApic( const State<Dim>& state )
                 store( next_v, new_v[a], p, a );
                 store( next_x, new_x[a], p, a );
             }
+            const auto landed = landFit<Basis, Dim>( grid, s, fit, new_x );
             for ( int b = 0; b < Dim; ++b )
-            {
-                const Real h = grid.spacing[b];
-                const Lanes moment = s.moment( b, h );
-                Lanes moment_new = moment;
-                if constexpr ( !Basis::constant_moment )
-                {
-                    // Hats: the affine energy depends on the place in the
-                    // cell; what it loses on the way becomes heat. The place
-                    // is the same after a periodic shift or a reflection.
-                    moment_new = momentAt<Basis, Dim>( grid, new_x[b], b );
-                }
-                const Lanes factor = slopeFactor<Basis>( moment, moment_new );
                 for ( int a = 0; a < Dim; ++a )
-                {
-                    // For hats the fit's slope is the gradient itself, which
-                    // stays finite where the moment vanishes.
-                    const Lanes slope =
-                        slopeOfFit<Basis>( fit[a][b], grid.inverse[b] );
-                    const Lanes kept = asDeviation( slope * factor );
-                    store( next_C, kept, p, a, b );
-                    affine += slope * slope * moment;
-                    affine_new += kept * kept * moment_new;
-                }
-            }
-            const Lanes lost = Kokkos::max( squares - affine, Lanes( 0.0 ) );
-            const Lanes loss = 0.5_rt * ( lost + affine - affine_new );
+                    store( next_C, landed.C[a][b], p, a, b );
+            const Lanes lost =
+                Kokkos::max( squares - landed.fitted, Lanes( 0.0 ) );
+            const Lanes loss =
+                0.5_rt * ( lost + landed.fitted - landed.carried );
             const Lanes old_V = load( V, p );
             const Lanes old_e = load( e, p );
             const Lanes work = load( pressure, p ) * old_V / load( m, p ) * D;

@@ -388,6 +388,50 @@ void particlesToGrid( const State<Dim>& state, const Sums& sums )
         } );
 }
 
+//! The affine field that particles take from the nodes to where they will be.
+template <int Dim>
+struct LandedFit
+{
+    VectorOf<Dim, Lanes> C[Dim]; //!< C', 1/time
+    Lanes fitted{ 0.0 };         //!< sum w |F (x_i - x)|^2 of the fit F, before
+    Lanes carried{ 0.0 };        //!< the same of C' where the particle will be
+    Lanes squared{ 0.0 };        //!< |C'|_F^2
+};
+
+/*!
+  \brief C'_ab = F_ab min(1, sqrt(mu_b(x) / mu_b(x'))) of a fit F with moments
+  mu (docs/method.md, section 5): on hats mu depends on the place in a cell, and
+  what the affine energy loses on the way becomes heat.
+  \param fit sums of fitWeight \param new_x x', before a periodic shift or a
+  reflection: the place in the cell stays
+*/
+template <class Basis, int Dim>
+KOKKOS_FORCEINLINE_FUNCTION LandedFit<Dim>
+landFit( const Grid<Dim>& grid, const Stencil<Basis, Dim, Lanes>& s,
+         const VectorOf<Dim, Lanes> ( &fit )[Dim],
+         const VectorOf<Dim, Lanes>& new_x )
+{
+    LandedFit<Dim> landed;
+    for ( int b = 0; b < Dim; ++b )
+    {
+        const Lanes moment = s.moment( b, grid.spacing[b] );
+        Lanes moment_new = moment;
+        if constexpr ( !Basis::constant_moment )
+            moment_new = momentAt<Basis, Dim>( grid, new_x[b], b );
+        const Lanes factor = slopeFactor<Basis>( moment, moment_new );
+        for ( int a = 0; a < Dim; ++a )
+        {
+            const Lanes slope = slopeOfFit<Basis>( fit[a][b], grid.inverse[b] );
+            const Lanes kept = asDeviation( slope * factor );
+            landed.C[a][b] = kept;
+            landed.fitted += slope * slope * moment;
+            landed.carried += kept * kept * moment_new;
+            landed.squared += kept * kept;
+        }
+    }
+    return landed;
+}
+
 //! Sums become means: columns 1 to Columns - 1 of all rows over column 0; 0
 //! where that is 0. \param label of the kernel
 template <int Columns>

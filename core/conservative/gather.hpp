@@ -322,41 +322,17 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                     store( next_extra, speed - new_v[a], p, a );
                 g.squares -= g.change[a] * g.change[a];
             }
-            Lanes fitted = zero;   // sum w |C' (x_i - x)|^2
-            Lanes carried = zero;  // the same where the particle will be
-            Lanes gradient = zero; // |C'|_F^2
-            VectorOf<Dim, Lanes> new_C[Dim];
+            const auto landed = landFit<Basis, Dim>( grid, s, g.fit, new_x );
             for ( int b = 0; b < Dim; ++b )
-            {
-                const Real h = grid.spacing[b];
-                const Lanes moment = s.moment( b, h );
-                Lanes moment_new = moment;
-                if constexpr ( !Basis::constant_moment )
-                {
-                    // Hats: the affine energy depends on the place in the
-                    // cell; what it loses on the way becomes heat. The place
-                    // is the same after a periodic shift or a reflection.
-                    moment_new = momentAt<Basis, Dim>( grid, new_x[b], b );
-                }
-                const Lanes factor = slopeFactor<Basis>( moment, moment_new );
                 for ( int a = 0; a < Dim; ++a )
-                {
-                    const Lanes slope =
-                        slopeOfFit<Basis>( g.fit[a][b], grid.inverse[b] );
-                    const Lanes kept = asDeviation( slope * factor );
-                    new_C[a][b] = kept;
-                    store( next_C, kept, p, a, b );
-                    fitted += slope * slope * moment;
-                    carried += kept * kept * moment_new;
-                    gradient += kept * kept;
-                }
-            }
-            const Lanes lost = Kokkos::max( g.squares - fitted, zero );
-            const Lanes loss = 0.5_rt * ( returned * lost + fitted - carried );
+                    store( next_C, landed.C[a][b], p, a, b );
+            const Lanes lost = Kokkos::max( g.squares - landed.fitted, zero );
+            const Lanes loss =
+                0.5_rt * ( returned * lost + landed.fitted - landed.carried );
             const Lanes old_e = load( e, p );
             store( next_divergence, g.divergence, p );
             store( next_limiter,
-                   Limited ? limiterOf<Dim>( g.divergence, g.rough, new_C,
+                   Limited ? limiterOf<Dim>( g.divergence, g.rough, landed.C,
                                              sound, smallest )
                            : Lanes( 1.0 ),
                    p );
@@ -384,10 +360,10 @@ void gatherParticles( const State<Dim>& state, const NodeView& faces,
                              Lanes( 0.2_rt * volume ) );
             if ( Rearranges )
             {
-                gradient = Kokkos::sqrt( gradient );
                 const Lanes rate = relaxationRate(
                     Lanes( g.filling * ( 1.0_rt / Dim ) ), g.expansion,
-                    gradient, Lanes( sound * ( 0.25_rt / smallest ) ) );
+                    Lanes( Kokkos::sqrt( landed.squared ) ),
+                    Lanes( sound * ( 0.25_rt / smallest ) ) );
                 Lanes change = clip( Lanes( kd * dt * rate ), Lanes( -0.25 ),
                                      Lanes( 0.25 ) );
                 // e stays, of which this much is heat.
