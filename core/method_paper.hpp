@@ -77,7 +77,7 @@ void divideByMass( const State<Dim>& state, const NodeView& velocity )
         MACHPOINT_LAMBDA( const int i ) {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )
-                velocity( i, d ) = m > 0 ? velocity( i, d ) / m : 0.0_rt;
+                velocity( i, d ) = perMass( velocity( i, d ), m );
         } );
 }
 

@@ -6,7 +6,7 @@
 #ifndef MACHPOINT_NODE_FORCE_HPP
 #define MACHPOINT_NODE_FORCE_HPP
 
-#include <core/state.hpp>
+#include <core/transfer.hpp>
 
 namespace Machpoint
 {
@@ -40,8 +40,7 @@ void pushNodes( const State<Dim>& state, const NodeView& field,
             for ( int d = 0; d < Dim; ++d )
             {
                 field( i, d ) *= scale[d];
-                velocities( i, Dim + d ) +=
-                    m > 0 ? dt * field( i, d ) / m : 0.0_rt;
+                velocities( i, Dim + d ) += perMass( dt * field( i, d ), m );
             }
         } );
 }
@@ -58,7 +57,7 @@ ReproducibleSum workOnNodes( const State<Dim>& state, const NodeView& force )
     const Real dt = state.dt;
     ReproducibleSum work;
     reduceEach(
-        "Machpoint::workOnNodes", layout.total, few_particles,
+        "Machpoint::workOnNodes", layout.total, few_rows,
         MACHPOINT_LAMBDA( const int row, ReproducibleSum& sum ) {
             const Real share = weights( layout.indices( row ) );
             if ( share == 0 )

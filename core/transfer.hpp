@@ -445,6 +445,12 @@ void divideByFirst( const char* label, const NodeView& sums )
         } );
 }
 
+//! x / m of a node; 0 without gas, or with so little that 1 / m were infinite.
+KOKKOS_FORCEINLINE_FUNCTION Real perMass( const Real x, const Real m )
+{
+    return m < Kokkos::Experimental::norm_min_v<Real> ? 0.0_rt : x / m;
+}
+
 //! v_i = (mv)_i / m_i on nodes; 0 where there is no gas. Sets columns 0 to
 //! Dim - 1 of state.nodes.velocities. \param rows that are served
 template <int Dim>
@@ -457,7 +463,7 @@ void gridVelocity( const State<Dim>& state, const NodeRows& rows )
         MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
             const Real m = moments( i, 0 );
             for ( int d = 0; d < Dim; ++d )
-                velocities( i, d ) = m > 0 ? moments( i, 1 + d ) / m : 0.0_rt;
+                velocities( i, d ) = perMass( moments( i, 1 + d ), m );
         } );
 }
 
@@ -476,7 +482,7 @@ void advanceGridVelocity( const State<Dim>& state )
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, Dim + d ) =
                     velocities( i, d ) +
-                    ( m > 0 ? dt * moments( i, 1 + Dim + d ) / m : 0.0_rt );
+                    perMass( dt * moments( i, 1 + Dim + d ), m );
         } );
 }
 

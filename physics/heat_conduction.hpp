@@ -108,12 +108,10 @@ void heatingOfNodes( const State<Dim>& state, const NodeView& flux,
             Real gained = 0;
             for ( int d = 0; d < Dim; ++d )
                 gained += flux( i, d );
-            const Real eta = flux( i, Dim );
-            const Real eta_e = flux( i, Dim + 1 );
             const Real m = means( i, 0 );
-            flux( i, 0 ) = m > 0 ? gained / m : 0.0_rt;
-            flux( i, 1 ) = m > 0 ? eta / m : 0.0_rt;
-            flux( i, 2 ) = m > 0 ? eta_e / m : 0.0_rt;
+            flux( i, 0 ) = perMass( gained, m );
+            flux( i, 1 ) = perMass( flux( i, Dim ), m );
+            flux( i, 2 ) = perMass( flux( i, Dim + 1 ), m );
         } );
 }
 

@@ -170,7 +170,7 @@ void pushByStress( const State<Dim>& state, const NodeView& stress )
                 Real force = 0;
                 for ( int b = 0; b < Dim; ++b )
                     force += stress( i, Dim * a + b );
-                velocities( i, Dim + a ) += m > 0 ? dt * force / m : 0.0_rt;
+                velocities( i, Dim + a ) += perMass( dt * force, m );
             }
         } );
 }

@@ -73,12 +73,6 @@ struct WorkingGas
     }
 };
 
-//! 1 / m of a node; 0 without gas, or with so little that it were infinite.
-KOKKOS_FORCEINLINE_FUNCTION Real perMass( const Real m )
-{
-    return m < Kokkos::Experimental::norm_min_v<Real> ? 0.0_rt : 1 / m;
-}
-
 /*!
   \brief v_i = (mv)_i / m_i on nodes, 0 where there is no gas, and 1 - beta_i
   with the blend beta_i = min(1, beta_0 + kb-sum / m_i).
@@ -95,7 +89,7 @@ void velocityAndBlend( const State<Dim>& state, const NodeRows& rows,
     rows.forEach(
         "Machpoint::gridVelocity",
         MACHPOINT_LAMBDA( const int i ) MACHPOINT_INLINE {
-            const Real per_mass = perMass( moments( i, 0 ) );
+            const Real per_mass = perMass( 1, moments( i, 0 ) );
             for ( int d = 0; d < Dim; ++d )
                 velocities( i, d ) = moments( i, 1 + d ) * per_mass;
             velocities( i, 2 * Dim ) = Kokkos::max(
@@ -137,7 +131,7 @@ void applyPressure( const State<Dim>& state, const Real least_filling )
             }
             for ( int f = 0; f < 2 * Dim; ++f )
                 pressure[f] /= filling[f];
-            const Real per_mass = perMass( moments( i, 0 ) );
+            const Real per_mass = perMass( 1, moments( i, 0 ) );
             for ( int a = 0; a < Dim; ++a )
             {
                 const Real force = cell_volume * inverse[a] *
