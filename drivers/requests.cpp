@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <ctime>
 
 namespace Machpoint
 {
@@ -16,17 +17,47 @@ namespace
 //! clusters are slow, and steps can be fast.
 constexpr double look_every = 0.02;
 
+//! Seconds after which a further signal is one of its own: `timeout` and some
+//! schedulers send one to a process and again to its group.
+constexpr double same_signal = 0.5;
+
 std::atomic<int> stop_signal{ 0 };
+std::atomic<double> stop_time{ 0 };        // when it came
+std::atomic<bool> is_stop_heeded{ false }; // by a step
 std::atomic<bool> checkpoint_signal{ false };
 static_assert( std::atomic<int>::is_always_lock_free &&
-               std::atomic<bool>::is_always_lock_free );
+               std::atomic<bool>::is_always_lock_free &&
+               std::atomic<double>::is_always_lock_free );
+
+//! Seconds on a clock that a handler of signals may look at.
+double monotonicSeconds()
+{
+    timespec now{};
+    clock_gettime( CLOCK_MONOTONIC, &now );
+    return static_cast<double>( now.tv_sec ) +
+           1e-9 * static_cast<double>( now.tv_nsec );
+}
 
 void rememberSignal( const int signal )
 {
     if ( signal == SIGUSR1 )
+    {
         checkpoint_signal = true;
-    else
+        return;
+    }
+    const double now = monotonicSeconds();
+    if ( stop_signal == 0 || is_stop_heeded )
+    {
+        stop_time = now;
+        is_stop_heeded = false;
         stop_signal = signal;
+    }
+    // No step has ended since: the run may be far from the next one's end.
+    else if ( now - stop_time > same_signal )
+    {
+        std::signal( signal, SIG_DFL );
+        std::raise( signal ); // delivered when this returns
+    }
 }
 
 template <class T>
@@ -49,6 +80,7 @@ Requests::Requests( const Communicator& ranks, const Json& checkpoint,
       _stop_file( std::move( stop_file ) )
 {
     stop_signal = 0;
+    is_stop_heeded = false;
     checkpoint_signal = false;
     _int = std::signal( SIGINT, &rememberSignal );
     _term = std::signal( SIGTERM, &rememberSignal );
@@ -79,6 +111,7 @@ Request Requests::next( const Simulation& simulation )
         const int signal = static_cast<int>( _ranks.max( stop_signal ) );
         _reason =
             signal ? fmt::format( "signal {}", signal ) : _stop_file.string();
+        is_stop_heeded = true;
     }
     return request;
 }

@@ -25,7 +25,9 @@ enum class Request : int
 
 /*!
   \brief Asks for checkpoints as the input says; while it lives, SIGUSR1 asks
-  for one, and SIGINT, SIGTERM and the stop file ask for the end.
+  for one, and SIGINT, SIGTERM and the stop file ask for the end. A second
+  SIGINT or SIGTERM half a second or more after one that no step has heeded ends
+  the process at once.
 */
 class Requests
 {

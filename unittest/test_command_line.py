@@ -16,6 +16,7 @@ import resource
 import signal
 import subprocess
 import tempfile
+import time
 import unittest
 import unittest.mock
 
@@ -1039,6 +1040,38 @@ class Interrupted(CommandLineTest):
                         self.assertEqual(file.attrs["step"], summary["steps"])
                         self.assertEqual(file.attrs["time"],
                                          summary["final_time"])
+
+    def test_a_second_signal_ends_what_heeds_none(self):
+        """A run that waits for room in a pipe comes to the end of no step."""
+        ends = os.pipe()
+        for end in ends:
+            self.addCleanup(os.close, end)
+        os.set_blocking(ends[1], False)
+        for size in (4096, 1):
+            try:
+                while True:
+                    os.write(ends[1], size * b" ")
+            except BlockingIOError:
+                pass
+        os.set_blocking(ends[1], True)
+        process = subprocess.Popen(
+            [EXECUTABLE, "run", SOD, "--output", self.output, "--set",
+             "time.end=0.01"], env=ENVIRONMENT, stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=ends[1])
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        running.wait_for(self, process, 1, self.output, "particles/*.h5")
+        # `timeout` sends the same one twice, which is one.
+        for _ in range(2):
+            process.send_signal(signal.SIGTERM)
+            time.sleep(0.05)
+        time.sleep(1)
+        self.assertIsNone(process.poll())
+        # A step may have heeded those; the first of these is not heeded then.
+        process.send_signal(signal.SIGINT)
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(timeout=10), -signal.SIGINT)
 
     def test_kill(self):
         process = self.start()
