@@ -29,6 +29,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <new>
 #include <optional>
@@ -407,6 +408,14 @@ int runCommandLine( int argc, char** argv )
         if ( error.isOnAllRanks() )
             return failTogether( ranks, error.what(), io_failure );
         return failAlone( ranks, error.what(), io_failure );
+    }
+    catch ( const std::filesystem::filesystem_error& error )
+    {
+        // Of a path that cannot be looked at: too long, or links in a circle.
+        return failAlone( ranks,
+                          fmt::format( "{}: {}", error.path1().string(),
+                                       error.code().message() ),
+                          io_failure );
     }
     catch ( const std::system_error& error )
     {

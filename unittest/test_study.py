@@ -150,6 +150,15 @@ class Rows(StudyTest):
                           shown)
             self.assertEqual(self.result(), before)
 
+    def test_a_path_that_leads_nowhere_is_named(self):
+        self.output.mkdir()
+        (self.output / "study.json").symlink_to("study.json")
+        result = self.study(
+            self.write(vary=[{"grid.cells": [[100]]}]), code=IO_FAILURE)
+        self.assertEqual(
+            result.stderr, f"machpoint: {self.output / 'study.json'}: Too many "
+            "levels of symbolic links\n")
+
     def test_a_run_does_not_take_a_studys_directory(self):
         self.study(self.write(vary=MATRIX, repeats=1))
         before = sorted(self.output.iterdir())
