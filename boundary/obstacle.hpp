@@ -121,7 +121,8 @@ class Obstacle : public Module<Dim>
     }
 
     //! Lists the solid nodes, or those that stand for the wall where images
-    //! leave gaps; each belongs to the nearest body alone.
+    //! leave gaps; each belongs to the nearest body alone, these to the nearest
+    //! that has images.
     void layOut( State<Dim>& state ) override
     {
         const auto bodies = state.bodies;
@@ -155,7 +156,7 @@ class Obstacle : public Module<Dim>
                 const auto x = layout.position(
                     layout.home( layout.indices( gaps.nodes( k ) ) ) );
                 return gaps.held_axes( k ) != 0 &&
-                       bodies.nearestBody( x ) == own;
+                       bodies.nearestBody( x, true ) == own;
             } );
     }
 

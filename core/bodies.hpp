@@ -88,12 +88,16 @@ struct Bodies
     }
 
     //! The one nearest to a place, of equals the first; 0 where there is none.
-    KOKKOS_FUNCTION int nearestBody( const Vector<Dim>& x ) const
+    //! \param with_images of those that have images alone
+    KOKKOS_FUNCTION int nearestBody( const Vector<Dim>& x,
+                                     const bool with_images = false ) const
     {
         int nearest_one = 0;
         Real least = Kokkos::Experimental::finite_max_v<Real>;
         for ( int b = 0; b < count; ++b )
         {
+            if ( with_images && !( image_reach( b ) > 0 ) )
+                continue;
             const Real distance = nearest( x, b ).distance;
             if ( distance < least )
             {

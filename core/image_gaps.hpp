@@ -38,20 +38,25 @@ struct ImageCover
                grid.maxSpacing();
     }
 
-    //! Is there gas, if it is everywhere but in bodies with images?
-    //! \param x [Dim]
+    //! Is there gas, if it is everywhere but in bodies? \param x [Dim]
     KOKKOS_FUNCTION bool isGas( const Vector<Dim>& x ) const
     {
         for ( int d = 0; d < Dim; ++d )
             if ( x[d] < grid.lower[d] || x[d] > grid.upper[d] )
                 return false;
-        // What is projected needs no images, and is no gap.
         for ( int b = 0; b < bodies.count; ++b )
-            if ( bodies.image_reach( b ) > 0 &&
-                 bodies.nearest( x, b ).distance <
-                     -round_off * grid.minSpacing() )
+            if ( bodies.nearest( x, b ).distance <
+                 -round_off * grid.minSpacing() )
                 return false;
         return true;
+    }
+
+    //! Is there a body whose nodes are projected? \param x in the domain
+    KOKKOS_FUNCTION bool isProjected( const Vector<Dim>& x ) const
+    {
+        const int body = bodies.nearestBody( x );
+        return !( bodies.image_reach( body ) > 0 ) &&
+               bodies.nearest( x, body ).distance < 0;
     }
 
     //! Is there an image of gas in a body? \param x in the domain or beyond
@@ -116,21 +121,26 @@ struct ImageCover
         return x;
     }
 
-    //! Is there gas or an image of it?
-    KOKKOS_FUNCTION bool isFilled( const Vector<Dim>& x ) const
+    //! A place in the domain, or the one that it is the image of.
+    KOKKOS_FUNCTION Vector<Dim> home( const Vector<Dim>& x ) const
     {
         int outside = 0;
         for ( int d = 0; d < Dim; ++d )
             if ( x[d] < grid.lower[d] || x[d] > grid.upper[d] )
                 outside |= 1 << d;
-        const auto home = beyond( x, outside );
-        if ( isGas( home ) )
+        return beyond( x, outside );
+    }
+
+    //! Is there gas or an image of it? \param x in the domain
+    KOKKOS_FUNCTION bool isFilled( const Vector<Dim>& x ) const
+    {
+        if ( isGas( x ) )
             return true;
         int periodic = 0;
         for ( int d = 0; d < Dim; ++d )
             periodic |= period[d] > 0 ? 1 << d : 0;
         for ( int axes = 0; axes < 1 << Dim; ++axes )
-            if ( ( axes & ~periodic ) == 0 && isImage( beyond( home, axes ) ) )
+            if ( ( axes & ~periodic ) == 0 && isImage( beyond( x, axes ) ) )
                 return true;
         return false;
     }
@@ -154,16 +164,25 @@ struct ImageCover
         return sum;
     }
 
-    //! The filled part of what the face behind a node along an axis sees: of
-    //! degree one less along it. \param node its position
-    KOKKOS_FUNCTION Real behind( const Vector<Dim>& node, const int axis ) const
+    //! Of what a face sees.
+    struct Part
+    {
+        Real no_gap = 1; //!< is filled or projected
+        //! Is filled, of one that sees a gap: what is projected shows nothing,
+        //! and presses on nothing.
+        Real filled = 1;
+    };
+
+    //! What the face behind a node along an axis sees: of degree one less along
+    //! it. \param node its position
+    KOKKOS_FUNCTION Part behind( const Vector<Dim>& node, const int axis ) const
     {
         auto face = node;
         face[axis] += 0.5_rt * grid.spacing[axis];
         const Real far = sight() + 0.5_rt * grid.maxSpacing();
         if ( bodies.shape.distanceBound( face ) > far ||
              Kokkos::abs( bodies.shape.distance( face ) ) > far )
-            return 1; // what nobody sees lacks nothing
+            return {}; // what nobody sees lacks nothing
         constexpr int samples = Dim == 3 ? 2 : 4; // along a cell's side
         Indices<Dim> count{};
         int all = 1;
@@ -172,7 +191,8 @@ struct ImageCover
             count[d] = samples * ( stencil_nodes - ( d == axis ? 1 : 0 ) );
             all *= count[d];
         }
-        Real filled = 0, whole = 0;
+        Real filled = 0, projected = 0, whole = 0;
+        bool has_gap = false;
         for ( int k = 0; k < all; ++k )
         {
             auto x = face;
@@ -187,10 +207,17 @@ struct ImageCover
                 weight *= spline( s, count[d] / samples - 1 );
             }
             whole += weight;
-            if ( isFilled( x ) )
+            const auto place = home( x );
+            if ( isFilled( place ) )
                 filled += weight;
+            else if ( isProjected( place ) )
+                projected += weight;
+            else
+                has_gap = true;
         }
-        return filled / whole;
+        if ( !has_gap )
+            return {};
+        return { ( filled + projected ) / whole, filled / whole };
     }
 };
 
@@ -207,6 +234,7 @@ ImageGaps findImageGaps( const State<Dim>& state )
     const auto layout = state.layout;
     const ImageCover<Dim> cover{ state.bodies, state.grid, layout.period,
                                  state.stencil_nodes };
+    const NodeView no_gap( "Machpoint::imageCover", layout.total, Dim );
     const NodeView filled( "Machpoint::imageCover", layout.total, Dim );
     forEach(
         "Machpoint::imageCover", layout.total,
@@ -214,7 +242,11 @@ ImageGaps findImageGaps( const State<Dim>& state )
             const auto x =
                 layout.position( layout.home( layout.indices( row ) ) );
             for ( int a = 0; a < Dim; ++a )
-                filled( row, a ) = cover.behind( x, a );
+            {
+                const auto part = cover.behind( x, a );
+                no_gap( row, a ) = part.no_gap;
+                filled( row, a ) = part.filled;
+            }
         } );
     // Of a node the part of each face behind it that is missing, and its axes
     // beside a face that lacks too much: it would see a vacuum there.
@@ -233,8 +265,10 @@ ImageGaps findImageGaps( const State<Dim>& state )
                     filled( row, a ),
                     i[a] > layout.lowest( a )
                         ? filled( row - layout.stride[a], a )
-                        : cover.behind(
-                              layout.position( layout.home( before ) ), a ) );
+                        : cover
+                              .behind( layout.position( layout.home( before ) ),
+                                       a )
+                              .filled );
                 if ( least < least_cover )
                     axes( row ) |= 1 << a;
             }
@@ -244,7 +278,7 @@ ImageGaps findImageGaps( const State<Dim>& state )
         MACHPOINT_LAMBDA( const int row ) {
             bool lacks = axes( row ) != 0;
             for ( int a = 0; a < Dim; ++a )
-                lacks = lacks || filled( row, a ) < 1;
+                lacks = lacks || no_gap( row, a ) < 1;
             return lacks;
         } );
     const int count = gaps.nodes.extent_int( 0 );
@@ -256,7 +290,7 @@ ImageGaps findImageGaps( const State<Dim>& state )
             const int row = list.nodes( k );
             list.held_axes( k ) = axes( row );
             for ( int a = 0; a < Dim; ++a )
-                list.missing( k, a ) = 1 - filled( row, a );
+                list.missing( k, a ) = 1 - no_gap( row, a );
         } );
     return gaps;
 }

@@ -25,6 +25,9 @@ constexpr double least_slope = 25;
 //! From an inflow's buffer to a body, cells (docs/method.md, section 8): at 1.5
 //! the force on one grows by 20 % with a quarter of the step, at 4 by 6 %.
 constexpr double buffer_margin = 2;
+//! From a body with images to one that is projected, cells, below which they
+//! stir gas at rest (docs/conservative.md, section 6).
+constexpr double mixed_margin = 4;
 //! Part of a stream's speed that meets a body's surface, not only rounding.
 constexpr double oblique = 0.01;
 
@@ -62,6 +65,10 @@ class BodyDoubts
             }
         for ( const auto& body : _bodies )
             tellIfInBuffer( body, odd );
+        for ( const auto& body : _bodies )
+            for ( const auto& other : _bodies )
+                if ( body.has_images && !other.has_images )
+                    tellIfMixed( body, other, odd );
         return odd;
     }
 
@@ -260,6 +267,59 @@ class BodyDoubts
                 buffer > 1 ? " or take a smaller buffer" : "" ) );
             return;
         }
+    }
+
+    //! The part of a body's surface that is nearest to a place in the gas, if
+    //! gas touches it there: its distance, else infinity.
+    Real distanceInGas( const Body& body, const Vector<Dim>& x,
+                        const Grid<Dim>& grid ) const
+    {
+        const auto nearest = body.shape.nearest( x );
+        auto outside = x;
+        for ( int d = 0; d < Dim; ++d )
+        {
+            outside[d] -= ( nearest.distance - nudge * grid.minSpacing() ) *
+                          nearest.normal[d];
+            if ( outside[d] < grid.lower[d] || outside[d] > grid.upper[d] )
+                return Kokkos::Experimental::infinity_v<Real>;
+        }
+        return isInBody<Dim>( _bodies, outside )
+                   ? Kokkos::Experimental::infinity_v<Real>
+                   : nearest.distance;
+    }
+
+    //! Tells where a body with images and one that is projected are so near
+    //! to each other that gas at rest between them is stirred.
+    void tellIfMixed( const Body& body, const Body& other,
+                      std::vector<std::string>& odd ) const
+    {
+        const auto grid = makeGrid<Dim>( _input );
+        const Real cell = grid.maxSpacing();
+        // A sample need not be on the shortest way.
+        Real least = mixed_margin * cell + _grid.maxSpacing();
+        std::optional<Vector<Dim>> found;
+        _samples.forEach(
+            [&]( const Indices<Dim>& i, int )
+            {
+                const auto x = _samples.center( i );
+                if ( body.shape.distanceBound( x ) >= least ||
+                     other.shape.distanceBound( x ) >= least ||
+                     isInBody<Dim>( _bodies, x ) )
+                    return;
+                const Real way = distanceInGas( body, x, grid ) +
+                                 distanceInGas( other, x, grid );
+                if ( way >= least )
+                    return;
+                least = way;
+                found = x;
+            } );
+        if ( found )
+            odd.push_back( fmt::format(
+                "{}: the body has images, and {}, which is projected, is less "
+                "than {} cells away near {}, where gas at rest is stirred; "
+                "give both the treatment \"images\"",
+                body.place, other.place, mixed_margin,
+                placeText<Dim>( *found ) ) );
     }
 
     const Json& _input;

@@ -1141,6 +1141,26 @@ class Warnings(unittest.TestCase):
             self.odd("grid.cells=[40,20]", "boundary.4.shape={\"type\":\"box\","
                      "\"lower\":[2,-1],\"upper\":[3,0.1]}"), [])
 
+    def test_bodies_of_different_treatments(self):
+        boundary = json.loads(
+            (INPUTS / "cylinder_mach3.json").read_text())["boundary"]
+
+        def pair(cells, *treatments):
+            bodies = [
+                {"type": "obstacle", "name": f"{y}", "treatment": treatment,
+                 "shape": {"type": "sphere", "center": [2, y], "radius": 0.4}}
+                for y, treatment in zip((0.5, 1.3 + 0.05 * cells), treatments)]
+            return self.odd("grid.cells=[80,40]", "boundary="
+                            + json.dumps(boundary[:4] + bodies))
+        line, = pair(0, "images", "projection")
+        self.assertRegex(line, r"^/boundary/4: the body has images, and "
+                         r"/boundary/5, which is projected, is less than 4 cells")
+        line, = pair(2, "projection", "images")
+        self.assertTrue(line.startswith("/boundary/5: the body has images"), line)
+        self.assertEqual(pair(6, "projection", "images"), [])
+        for treatment in ("images", "projection"):
+            self.assertEqual(pair(0, treatment, treatment), [])
+
     def test_a_ramp_that_a_wall_hides(self):
         def ramp(slope, *more):
             a = math.radians(slope)

@@ -322,6 +322,29 @@ TEST( Images, letGasRestInAnyCorner )
         }
 }
 
+// What is projected beside a body with images is a wall to it: what images
+// leave empty in the cusp stands for the wall, and no image comes from within.
+TEST( Images, letGasRestBesideAProjection )
+{
+    const Json pad = {
+        { "type", "box" }, { "lower", { -1, -1 } }, { "upper", { 2, 0.125 } } };
+    const Json ball = { { "type", "sphere" },
+                        { "center", { 0.513, 0.325 } },
+                        { "radius", 0.2 } };
+    for ( const bool is_first : { false, true } )
+    {
+        auto input = box( 2, 32, 2, "conservative", "quadratic", "slip_wall" );
+        addViscosity( input );
+        addBodies( input, is_first ? std::vector<Json>{ pad, ball }
+                                   : std::vector<Json>{ ball, pad } );
+        input["boundary"][is_first ? 4 : 5]["treatment"] = "projection";
+        input["particles"]["placement"] = "lattice";
+        auto run = simulate( input );
+        advanceTo( *run, 0.5 );
+        EXPECT_LE( largest( run->particleData().velocity ), 0.02 ) << is_first;
+    }
+}
+
 // So in 3D: around a ball on the floor.
 TEST( Images, letGasRestBelowABall )
 {

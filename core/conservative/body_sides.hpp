@@ -62,7 +62,7 @@ BodySides<Dim> findBodySides( const State<Dim>& state )
                     const auto i = layout.indices( faces( k ) + inside );
                     auto x = layout.position( i );
                     x[axis] = is_upper ? grid.upper[axis] : grid.lower[axis];
-                    const int body = bodies.nearestBody( x );
+                    const int body = bodies.nearestBody( x, true );
                     const auto nearest = bodies.nearest( x, body );
                     Real across = 0; // extent of the face along the normal
                     for ( int d = 0; d < Dim; ++d )
