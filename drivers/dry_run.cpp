@@ -181,6 +181,7 @@ Calibration calibrate( const Communicator& ranks, const Json& input )
     Calibration result;
     result.cells =
         input.at( "grid" ).at( "cells" ).get<decltype( result.cells )>();
+    result.fineness = fineness( input );
     const auto simulation = makeCompanion( input, option );
     result.first = simulation->particles();
     Kokkos::Timer timer;
@@ -269,6 +270,20 @@ Forecast forecast( const std::vector<Rung>& rungs, const double fineness,
     const double scale = first / static_cast<double>( finest.first );
     Forecast result;
     result.steps = std::round( steps + slope * ( fineness - finest.fineness ) );
+    if ( calibration.fineness == fineness )
+    {
+        // So many steps of the finest rung has the run behind it.
+        double behind = static_cast<double>( seen );
+        if ( behind < steps )
+        {
+            const double before = seen > 0 ? costs[seen - 1].time : 0;
+            behind += ( time - before ) / ( costs[seen].time - before );
+        }
+        const auto own = static_cast<double>( calibration.costs.size() );
+        result.steps = std::max(
+            result.steps, std::round( own + std::max( 1.0, own / behind ) *
+                                                ( steps - behind ) ) );
+    }
     result.last = scale * static_cast<double>( finest.last );
     result.most = scale * static_cast<double>( finest.most );
     result.seconds = result.steps * scale * sumOfParticles( costs ) / steps *
@@ -305,7 +320,7 @@ double doubtOf( const std::vector<Rung>& rungs )
 Calibration calibration( const Communicator& ranks, const Json& input,
                          const Rung& finest, const double bytes )
 {
-    const double free = -ranks.max( -availableMemory() );
+    const double free = ranks.min( availableMemory() );
     const double step =
         finest.seconds / static_cast<double>( finest.costs.size() );
     for ( std::int64_t factor = 1;; factor *= 2 )

@@ -15,6 +15,7 @@ namespace Machpoint
 struct Calibration
 {
     std::vector<std::int64_t> cells; //!< [Dim]
+    double fineness = 0;             //!< 1 / smallest spacing, 1/length
     std::int64_t first = 0;          //!< particles at the start, of all ranks
     std::vector<StepCost> costs;     //!< at least one
     double bytes_per_particle = 0;   //!< of all ranks
@@ -23,7 +24,6 @@ struct Calibration
 //! All steps of a run on a coarser grid.
 struct Rung : Calibration
 {
-    double fineness = 0; //!< 1 / smallest spacing, 1/length
     double fixed =
         0; //!< steps whatever the grid: of start and outputs, at most
     //! Particles at the end, and at most, of all ranks.
@@ -45,9 +45,11 @@ struct Forecast
 
   Steps are linear in the fineness, through the two finest rungs: some whatever
   the grid (none up to the finest rung's `fixed`; these, where the rungs tell
-  nothing), the others by the time step. The number of particles grows as on the
-  finest rung, and so does the time per particle and step from that of the
-  calibration to that of the whole run.
+  nothing), the others by the time step. A calibration on the run's own grid
+  bounds them from below: what it has taken, and as many for each step that the
+  finest rung takes from there on as for each up to there, at least one. The
+  number of particles grows as on the finest rung, and so does the time per
+  particle and step from that of the calibration to that of the whole run.
 
   \param rungs at least one, coarsest first
   \param fineness of the grid, 1/length

@@ -334,6 +334,27 @@ TEST( Study, ARunIsForetoldByCoarserOnes )
     EXPECT_NEAR( forecast( odd, 200, 600, calibration ).steps, 432, round_off );
 }
 
+// What the run itself has taken is no guess: steps that go as the cells
+// squared, say, are more than coarser grids foretell.
+TEST( Study, ARunTakesNoFewerStepsThanItHasTaken )
+{
+    const std::vector<Rung> rungs = { rungOf( 50 ) };
+    Calibration calibration = rungOf( 100 );
+    EXPECT_NEAR( forecast( rungs, 100, 300, calibration ).steps, 208,
+                 round_off );
+    // 500 steps up to the middle of it, where the rung has 54 of its 108.
+    calibration.costs.clear();
+    for ( std::int64_t k = 1; k <= 500; ++k )
+        calibration.costs.push_back(
+            { 300, 300, 0.5 * static_cast<double>( k ) / 500 } );
+    EXPECT_NEAR( forecast( rungs, 100, 300, calibration ).steps, 1000,
+                 round_off );
+    // Steps of another grid tell nothing.
+    calibration.fineness = 50;
+    EXPECT_NEAR( forecast( rungs, 100, 300, calibration ).steps, 208,
+                 round_off );
+}
+
 //! A directory that goes with the test.
 class StudyFiles : public ::testing::Test
 {
