@@ -151,8 +151,7 @@ class Obstacle : public Module<Dim>
         const auto layout = state.layout;
         const int count = gaps.nodes.extent_int( 0 );
         _held = collect(
-            "Machpoint::heldNodes", 0, count, count,
-            MACHPOINT_LAMBDA( const int k ) {
+            "Machpoint::heldNodes", count, MACHPOINT_LAMBDA( const int k ) {
                 const auto x = layout.position(
                     layout.home( layout.indices( gaps.nodes( k ) ) ) );
                 return gaps.held_axes( k ) != 0 &&

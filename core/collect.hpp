@@ -5,6 +5,7 @@
 #ifndef MACHPOINT_COLLECT_HPP
 #define MACHPOINT_COLLECT_HPP
 
+#include <core/for_each.hpp>
 #include <core/lanes.hpp>
 
 #include <algorithm>
@@ -94,23 +95,21 @@ inline IndexList sortRows( const IndexList& list, const HostRowList& copy )
 } // namespace Impl
 
 /*!
-  \brief The rows from begin to end - 1 that a test finds, ascending.
+  \brief The rows from 0 to n - 1 that a test finds, ascending.
 
   One pass over all rows where a scan takes two; threads append what they find
   and the list, which is short, is sorted after.
-  \param most as many as there can be
   \param test of a row, callable on the device
 */
 template <class Test>
-IndexList collect( const char* label, const int begin, const int end,
-                   const int most, const Test& test )
+IndexList collect( const char* label, const int n, const Test& test )
 {
     const IndexList rows(
         Kokkos::view_alloc( std::string( label ), Kokkos::WithoutInitializing ),
-        most );
+        n );
     const SharedNumber count( "Machpoint::rowsFound" );
-    Kokkos::parallel_for(
-        label, Range( begin, end ), MACHPOINT_LAMBDA( const int p ) {
+    forEach(
+        label, n, MACHPOINT_LAMBDA( const int p ) {
             if ( test( p ) )
                 rows( Kokkos::atomic_fetch_add( &count(), 1 ) ) = p;
         } );
@@ -179,7 +178,7 @@ class RowList
     {
         const int noted = count();
         if ( noted > _noted.extent_int( 0 ) )
-            return collect( "Machpoint::manyRows", 0, n, n, test );
+            return collect( "Machpoint::manyRows", n, test );
         const IndexList list =
             Kokkos::subview( _rows, Kokkos::make_pair( 0, noted ) );
         const auto all = _noted;

@@ -363,7 +363,7 @@ class Halo
             end[d] = begin[d] + layout.extent[d];
         }
         const auto found = collect(
-            "Machpoint::outerRows", 0, layout.total, layout.total,
+            "Machpoint::outerRows", layout.total,
             MACHPOINT_LAMBDA( const int row ) {
                 const auto i = layout.indices( row );
                 for ( int d = 0; d < Dim; ++d )

@@ -274,7 +274,7 @@ ImageGaps findImageGaps( const State<Dim>& state )
             }
         } );
     gaps.nodes = collect(
-        "Machpoint::imageGaps", 0, layout.total, layout.total,
+        "Machpoint::imageGaps", layout.total,
         MACHPOINT_LAMBDA( const int row ) {
             bool lacks = axes( row ) != 0;
             for ( int a = 0; a < Dim; ++a )

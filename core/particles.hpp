@@ -322,7 +322,7 @@ class Particles
     std::int64_t migrate( const Communicator& comm, const RankOf& rank_of )
     {
         return migrateRows( comm, rank_of,
-                            collect( "Machpoint::findStrays", 0, size(), size(),
+                            collect( "Machpoint::findStrays", size(),
                                      strays( comm, rank_of ) ) );
     }
     //! The same where all such particles are among those noted.

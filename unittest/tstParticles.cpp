@@ -375,6 +375,28 @@ TEST( Particles, restoringGivesBackTheOldState )
     }
 }
 
+// There is none to return to where it was not kept, is taken back already, or
+// has become scratch of a sort.
+TEST( Particles, restoringNeedsAnOldState )
+{
+    Particles<2> particles;
+    auto& sidecar =
+        particles.addSidecar<Label>( "labels", DuringStep::changes );
+    number( particles, sidecar, 10 );
+    EXPECT_THROW( particles.restore(), std::logic_error );
+    particles.beginStep( false );
+    particles.endStep();
+    EXPECT_THROW( particles.restore(), std::logic_error );
+    particles.beginStep( true );
+    particles.endStep();
+    particles.restore();
+    EXPECT_THROW( particles.restore(), std::logic_error );
+    particles.beginStep( true );
+    particles.endStep();
+    particles.permute( Cabana::binByKey( fallingKeys( 10 ), 10 ) );
+    EXPECT_THROW( particles.restore(), std::logic_error );
+}
+
 TEST( Particles, newSidecarEntriesAreZero )
 {
     Particles<2> particles;
