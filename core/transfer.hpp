@@ -445,10 +445,11 @@ void divideByFirst( const char* label, const NodeView& sums )
         } );
 }
 
-//! x / m of a node; 0 without gas, or with so little that 1 / m were infinite.
+//! x / m of a node; 0 without gas, with so little that 1 / m were infinite, or
+//! of a mass that is no number.
 KOKKOS_FORCEINLINE_FUNCTION Real perMass( const Real x, const Real m )
 {
-    return m < Kokkos::Experimental::norm_min_v<Real> ? 0.0_rt : x / m;
+    return m >= Kokkos::Experimental::norm_min_v<Real> ? x / m : 0.0_rt;
 }
 
 //! v_i = (mv)_i / m_i on nodes; 0 where there is no gas. Sets columns 0 to
