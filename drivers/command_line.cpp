@@ -143,7 +143,7 @@ void check( const std::string& file, const std::vector<std::string>& overrides )
     const Json input = loadInput( file, overrides );
     for ( const auto& warning :
           named( file, [&] { return findWarnings( input ); } ) )
-        fmt::print( stderr, "{}: warning: {}\n", file, warning );
+        tell( "{}: warning: {}\n", file, warning );
     fmt::print( "{}: ok\n", file );
 }
 
@@ -201,7 +201,7 @@ int failAlone( const Communicator& ranks, const std::string& message,
 {
     const auto place =
         ranks.size() > 1 ? fmt::format( "rank {}: ", ranks.rank() ) : "";
-    fmt::print( stderr, "machpoint: {}{}\n", place, message );
+    tell( "machpoint: {}{}\n", place, message );
     return endAlone( ranks, code );
 }
 
@@ -213,7 +213,7 @@ int failTogether( const Communicator& ranks, const std::string& message,
     if ( !ranks.allArrive() )
         return failAlone( ranks, message, code );
     if ( ranks.isRoot() )
-        fmt::print( stderr, "{}{}\n", place, message );
+        tell( "{}{}\n", place, message );
     return code;
 }
 

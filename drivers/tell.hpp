@@ -14,8 +14,8 @@
 namespace Machpoint
 {
 
-//! Prints to stderr what a run can do without: a closed pipe or a full disk
-//! behind a log ends none.
+//! Prints to stderr: a closed pipe or a full disk behind a log ends no run, nor
+//! does it hide an exit code.
 template <class... Values>
 void tell( fmt::format_string<Values...> text, Values&&... values )
 {

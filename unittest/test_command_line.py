@@ -1009,6 +1009,14 @@ class Run(CommandLineTest):
         self.assertEqual(summary["final_time"], summary["input"]["time"]["end"])
         self.assert_whole(out)
 
+    def test_a_log_that_is_full_hides_no_exit_code(self):
+        with open("/dev/full", "w") as full:
+            result = subprocess.run(
+                [EXECUTABLE, "check", SOD, "--set", "grid.cells=0"],
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=full,
+                timeout=20, env=ENVIRONMENT)
+        self.assertEqual(result.returncode, WRONG_INPUT)
+
 
 class Interrupted(CommandLineTest):
     """A run that would take minutes is stopped after its second output."""
