@@ -39,11 +39,10 @@ bool isInBody( const std::vector<SampledBody<Dim>>& bodies,
 /*!
   \brief Says which bodies no gas meets, which of those with images are too thin
   to part the gas on their two sides, which rise from a wall so little that
-  their tip is lost in what the wall mirrors, and which meet a stream where an
-  inflow's buffer keeps it.
-  \param input resolved
-  \param bodies all of the input, their nearest samples found
-  \return a line each, as "/boundary/1: ..."
+  their tip is lost in what the wall mirrors, which meet a stream where an
+  inflow's buffer keeps it, and which of them stand beside one that is
+  projected. \param input resolved \param bodies all of the input, their nearest
+  samples found \return a line each, as "/boundary/1: ..."
 */
 template <int Dim>
 std::vector<std::string>
