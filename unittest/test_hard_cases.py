@@ -8,8 +8,10 @@ case that cannot run is a failure.
 """
 
 import concurrent.futures
+import fcntl
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
 import types
@@ -97,6 +99,21 @@ class Suite(unittest.TestCase):
         self.assertEqual(found[1]["broken"], [])
         self.assertGreater(found[1]["particle_steps"],
                            2 * found[0]["particle_steps"])
+
+    def test_two_do_not_share_an_output(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            command = [sys.executable, str(ROOT / "hard_cases"), "--kept",
+                       "--case", "toro2", "--machpoint",
+                       os.environ["MACHPOINT_EXECUTABLE"], "--output", scratch]
+            with open(pathlib.Path(scratch) / "lock", "w") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX)
+                second = subprocess.run(command, capture_output=True, text=True)
+            self.assertIn(f"{scratch}: another process", second.stderr)
+            self.assertEqual(second.returncode, 1)
+            self.assertFalse((pathlib.Path(scratch) / "results.json").exists())
+            alone = subprocess.run(command, capture_output=True, text=True)
+            self.assertEqual(alone.stderr, "")
+            self.assertTrue((pathlib.Path(scratch) / "results.json").exists())
 
     def test_a_bound_of_nothing_is_missed(self):
         case = next(c for c in suite.CASES if c.name == "toro2")

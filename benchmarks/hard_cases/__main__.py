@@ -5,14 +5,16 @@ Usage: python3 benchmarks/hard_cases [--fast] [--case NAME]... [--method NAME]..
            [--set PATH=VALUE]... [--draws NUMBER] [--cfl] [--docs] [--kept]
 
 Prints a line for each case and method and writes DIR/results.json; results are
-kept in DIR, so that a long run can be continued. --set overrides a parameter in
-all cases: do they stay stable with time.cfl=1.2, or method.basis=cubic? --draws solves that many
-random Riemann problems too, --cfl searches the largest stable CFL numbers;
---docs does both, for all cases and methods, and writes docs/stability.md and
-docs/pictures/hard_cases_*.png. --kept runs nothing and takes what DIR holds.
+kept in DIR, so that a long run can be continued, by one process at a time. --set
+overrides a parameter in all cases: do they stay stable with time.cfl=1.2, or
+method.basis=cubic? --draws solves that many random Riemann problems too, --cfl
+searches the largest stable CFL numbers; --docs does both, for all cases and
+methods, and writes docs/stability.md and docs/pictures/hard_cases_*.png. --kept
+runs nothing and takes what DIR holds.
 Exit code: 0 if `conservative` keeps every invariant and bound, else 1.
 """
 import argparse
+import fcntl
 import json
 import pathlib
 import sys
@@ -53,6 +55,20 @@ def override(text):
         return path, json.loads(value)
     except json.JSONDecodeError:
         return path, value
+
+
+def hold(output):
+    """A lock of the output folder, held until it is closed: another process
+    would put its runs in the place of this one's. SystemExit if one has it."""
+    output = pathlib.Path(output)
+    output.mkdir(parents=True, exist_ok=True)
+    lock = open(output / "lock", "w", encoding="ascii")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        sys.exit(f"{output}: another process measures hard cases there; wait for "
+                 "it, or give another --output")
+    return lock
 
 
 def main():
@@ -98,6 +114,7 @@ def main():
     beside = pathlib.Path(arguments.machpoint).parent / "machpoint_reference"
     if reference is None and beside.exists():
         reference = beside
+    lock = hold(arguments.output)
     work = suite.Suite(arguments.machpoint, arguments.output, reference,
                        arguments.fast, arguments.keep, arguments.kept,
                        dict(arguments.sets))
@@ -143,6 +160,7 @@ def main():
             sys.exit(f"{work.output} lacks random problems or CFL numbers of this "
                      "program; leave out --kept")
         report.write(work, results, found_draws, found_cfl)
+    lock.close()
     return failed
 
 
