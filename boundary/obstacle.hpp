@@ -195,7 +195,7 @@ class Obstacle : public Module<Dim>
                     return;
                 const Mirror<Dim> mirror{ nearest.normal, nearest.distance };
                 const auto image = mirror.point( y );
-                if ( isBeyondMirrors<Dim>( image, grid, period ) ||
+                if ( isBeyondMirrors<Dim>( image, y, grid, period ) ||
                      ( nearest.distance > 0 &&
                        bodies.depth( image, seam, grid, period ) <
                            same_surface * nearest.distance ) )

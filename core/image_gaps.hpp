@@ -62,7 +62,8 @@ struct ImageCover
     //! Is there an image of gas in a body? \param x in the domain or beyond
     KOKKOS_FUNCTION bool isImage( const Vector<Dim>& x ) const
     {
-        if ( isBeyondMirrors<Dim>( x, grid, period ) )
+        // Of a particle in the domain, as its lower corner is.
+        if ( isBeyondMirrors<Dim>( x, grid.lower, grid, period ) )
             return false;
         for ( int b = 0; b < bodies.count; ++b )
             if ( isImageIn( x, b ) )

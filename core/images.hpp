@@ -35,16 +35,18 @@ KOKKOS_INLINE_FUNCTION Real imageDistance( const Grid<Dim>& grid,
 //! another part of the surface, and is left to the particles there.
 inline constexpr Real same_surface = 0.99_rt;
 
-//! Is an image beyond a side that mirrors the gas, the images in it, too? There
-//! it would be one too many. \param period cells; 0 where the side mirrors
+//! Is a place beyond a side that mirrors the gas, the images in it, too, and
+//! another one not? An image there would be one too many, unless its particle
+//! has crossed the side, too. \param period cells; 0 where the side mirrors
 template <int Dim>
-KOKKOS_INLINE_FUNCTION bool isBeyondMirrors( const Vector<Dim>& image,
-                                             const Grid<Dim>& grid,
-                                             const Indices<Dim>& period )
+KOKKOS_INLINE_FUNCTION bool
+isBeyondMirrors( const Vector<Dim>& image, const Vector<Dim>& particle,
+                 const Grid<Dim>& grid, const Indices<Dim>& period )
 {
     for ( int d = 0; d < Dim; ++d )
         if ( period[d] == 0 &&
-             ( image[d] < grid.lower[d] || image[d] > grid.upper[d] ) )
+             ( ( image[d] < grid.lower[d] && particle[d] >= grid.lower[d] ) ||
+               ( image[d] > grid.upper[d] && particle[d] <= grid.upper[d] ) ) )
             return true;
     return false;
 }

@@ -174,14 +174,16 @@ KOKKOS_FORCEINLINE_FUNCTION void store( const Written<Slice>& written,
                                         const Lanes& value, const Pack p,
                                         const D... d )
 {
-#ifdef MACHPOINT_PACKS_FILL_LINES // by parts they take longer
+#ifdef MACHPOINT_PACKS_FILL_LINES
     static_assert( Slice::soa_stride % lane_count == 0 );
-    if ( written.streams )
-    {
-        Registers::stream( &written.slice( p.first, d... ),
-                           static_cast<LaneRegister>( value ) );
-        return;
-    }
+    // By parts they take longer, as where numbers are shorter in memory.
+    if constexpr ( sizeof( typename Slice::value_type ) == sizeof( Real ) )
+        if ( written.streams )
+        {
+            Registers::stream( &written.slice( p.first, d... ),
+                               static_cast<LaneRegister>( value ) );
+            return;
+        }
 #endif
     prefetch<true>( written.slice, p.first, d... );
     store( written.slice, value, p, d... );

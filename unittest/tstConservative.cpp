@@ -218,6 +218,23 @@ TEST( Images, areTheWallsHaloForHeavyGas )
         }
 }
 
+// So it does where gas leaves through a side that the plane meets: particles
+// that are beyond it at half a step have their images there, too.
+TEST( Images, areTheWallsHaloBeyondASide )
+{
+    for ( const auto& basis : bases )
+    {
+        auto [wall, plane] = wallAndPlane( basis, "midpoint" );
+        for ( auto* input : { &wall, &plane } )
+        {
+            ( *input )["boundary"][2]["type"] = "outflow";
+            for ( const std::string part : { "left", "right" } )
+                ( *input )["initial"][0][part]["velocity"] = { 0, -3 };
+        }
+        expectSameGas( wall, plane, 0.1, basis );
+    }
+}
+
 // Gas that stands on a body presses on it with the pressure at its foot, and
 // the body does no work.
 TEST( Images, carryAColumn )
@@ -917,6 +934,12 @@ TEST( HeatConduction, knowsShearFromCompression )
     const VectorOf<3, Real> along[3] = {
         { 0, 0, 5 }, { 0, 0, 0 }, { 0, 0, 0 } };
     EXPECT_NEAR( shearOf<3>( along ), 1, tolerance( 1e-15 ) );
+    // Gas that an inflow has imposed; and in one dimension nothing shears.
+    const VectorOf<2, Real> uniform[2] = {};
+    EXPECT_EQ( shearOf<2>( uniform ), 0 );
+    const VectorOf<1, Real> still[1] = {}, closing[1] = { { -3 } };
+    EXPECT_EQ( shearOf<1>( still ), 0 );
+    EXPECT_EQ( shearOf<1>( closing ), 0 );
 }
 
 // A key that only `conservative` understands is an error elsewhere.

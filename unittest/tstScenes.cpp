@@ -1439,7 +1439,8 @@ std::vector<Real> forceAtRest( const Json& shape, const int dimension,
 TEST( Obstacle, feelsAllOfTheGasWhereItMeetsASide )
 {
     for ( const auto& basis : bases )
-        for ( const std::string kind : { "slip_wall", "no_slip_wall" } )
+        for ( const std::string kind :
+              { "slip_wall", "no_slip_wall", "outflow" } )
             for ( const double cells : { 1.0, 2.0, 3.0, 5.0 } )
             {
                 const double y = cells / 20;

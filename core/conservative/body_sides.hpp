@@ -13,7 +13,7 @@ namespace Machpoint
 namespace Impl
 {
 
-//! Faces on mirroring sides (Halo::facesOn) within bodies that have images.
+//! Faces on sides (Halo::facesOn) within bodies that have images.
 template <int Dim>
 struct BodyFaces
 {
@@ -43,7 +43,8 @@ BodySides<Dim> findBodySides( const State<Dim>& state )
     {
         const int axis = side / 2;
         const bool is_upper = side % 2 == 1;
-        for ( const auto kind : { SideKind::slip, SideKind::no_slip } )
+        for ( const auto kind :
+              { SideKind::slip, SideKind::no_slip, SideKind::open } )
         {
             const auto faces = state.halo.facesOn( side, kind );
             const int n = faces.extent_int( 0 );

@@ -153,7 +153,8 @@ KOKKOS_FORCEINLINE_FUNCTION Number relaxationRate( const Number& excess,
 }
 
 //! Part of the velocity gradient that is shear or spin: min(1, |curl|^2 /
-//! |C|_F^2), 0 in a plane shock, whichever way it moves. \param C 1/time
+//! |C|_F^2), 0 in a plane shock, whichever way it moves, and where C is 0.
+//! \param C 1/time
 template <int Dim, class Number>
 KOKKOS_FORCEINLINE_FUNCTION Number
 shearOf( const VectorOf<Dim, Number> ( &C )[Dim] )
@@ -169,7 +170,9 @@ shearOf( const VectorOf<Dim, Number> ( &C )[Dim] )
                 curl += spin * spin;
             }
         }
-    return choose( curl < whole, Number( curl / whole ), Number( 1.0 ) );
+    const Number one( 1.0 ), none( 0.0 );
+    return choose( none < whole, Number( Kokkos::min( curl / whole, one ) ),
+                   none );
 }
 
 /*!
