@@ -156,7 +156,8 @@ def main():
         print(f"largest CFL, {integrator}: " + ", ".join(
             f"{name} {relative(value)}" for name, value in found.items()))
     if arguments.docs:
-        if not (found_cfl and all(found_draws.values())):
+        if not (found_cfl and all(len(found) == number
+                                  for found in found_draws.values())):
             sys.exit(f"{work.output} lacks random problems or CFL numbers of this "
                      "program; leave out --kept")
         report.write(work, results, found_draws, found_cfl)

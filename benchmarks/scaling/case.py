@@ -126,10 +126,11 @@ class Bench:
         figures = []
         for directory, process in started:
             text = process.communicate()[0]
-            if process.returncode == 2 and "this build" in text:
+            lacks = "this build has no"
+            if process.returncode == 2 and lacks in text:
                 self.lacking[case.name] = next(
-                    line[line.index("this build"):]
-                    for line in text.splitlines() if "this build" in line)
+                    line[line.index(lacks):]
+                    for line in text.splitlines() if lacks in line)
             elif process.returncode != 0:
                 raise SystemExit(
                     f"exit code {process.returncode}: "

@@ -42,7 +42,7 @@ class Runner:
             [self.executable, "run", path, "--quiet", "--overwrite", "--output",
              self.directory / "out", "--max-steps", steps], self.threads)
         seconds = time.perf_counter() - start
-        if result.returncode == 2 and "this build" in result.stderr:
+        if result.returncode == 2 and "this build has no" in result.stderr:
             return None
         if result.returncode != 0:
             raise program.failure(result)

@@ -79,7 +79,7 @@ class Comparisons(Call):
                 self.few_steps(machpoint, scene, sets)
                 for machpoint in (self.machpoint, self.host)]
         except subprocess.CalledProcessError as error:
-            lacks = error.returncode == 2 and "this build" in error.stderr
+            lacks = error.returncode == 2 and "this build has no" in error.stderr
             last = (error.stderr.strip().splitlines() or ["nothing said"])[-1]
             return dict(found, verdict="not compiled" if lacks else
                         f"exit code {error.returncode}: {last}")

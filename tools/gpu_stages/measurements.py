@@ -61,7 +61,7 @@ class Measurements(Call):
                         lambda: [self.summary_of(build, scene, steps, sets)
                                  for build in (self.machpoint, self.host)])
                 except subprocess.CalledProcessError as error:
-                    if "this build" not in error.stderr:
+                    if "this build has no" not in error.stderr:
                         failed.append(f"{name}: exit code {error.returncode}: "
                                       + error.stderr.strip()[-300:])
                     continue
