@@ -87,7 +87,7 @@ class Bench:
         self.commands[case.name] = shlex.join(
             [*self.mpiexec, "-n", str(case.ranks), "machpoint", "run",
              f"input/{case.scene}.json", *words, "--max-steps",
-             str(case.steps)])
+             str(case.steps), "--overwrite"])
         # Copies that start at once must not make one directory, also where the
         # caller's environment has named one for Open MPI.
         own = tempfile.mkdtemp(dir=scratch)

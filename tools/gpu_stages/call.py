@@ -66,11 +66,13 @@ class Call:
                 start_new_session=True)
             try:
                 return process.wait(self.seconds_left())
-            except subprocess.TimeoutExpired:
+            except BaseException as error: # SIGINT reaches this process alone
                 # Its compilers and tests, too.
                 os.killpg(process.pid, 15)
                 process.wait()
-                raise Unfinished() from None
+                if isinstance(error, subprocess.TimeoutExpired):
+                    raise Unfinished() from None
+                raise
 
     def seconds_left(self):
         """Until the time limit, for one command; None: no limit."""
