@@ -64,11 +64,6 @@ KOKKOS_FORCEINLINE_FUNCTION void stream( float* const place,
 {
     _mm512_stream_ps( place, values );
 }
-KOKKOS_FORCEINLINE_FUNCTION void stream( float* const place,
-                                         const __m512d values )
-{
-    _mm256_stream_ps( place, _mm512_cvtpd_ps( values ) );
-}
 //! @}
 
 //! \name As many floats as a register has doubles

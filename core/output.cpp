@@ -84,7 +84,8 @@ void clearFolder( const fs::path& folder,
         throw IoError( folder, "cannot list the directory", error.value() );
     for ( const auto& file : ours )
         removeFile( file );
-    fs::remove( folder, error );
+    if ( !fs::is_symlink( folder, error ) ) // which is the user's own
+        fs::remove( folder, error );
 }
 
 void removeFormerRun( const fs::path& directory )

@@ -275,6 +275,9 @@ int runCommandLine( int argc, char** argv )
     // A file that grows beyond what `ulimit -f` allows is then an error of
     // write, as a full disk is.
     std::signal( SIGXFSZ, SIG_IGN );
+    // So is a log whose reader has gone, as `tee` has after a Ctrl-C: the run
+    // that it was of still writes its checkpoint and its summary.
+    std::signal( SIGPIPE, SIG_IGN );
     const Communicator ranks;
     CLI::App app( "Material Point Method for compressible gas flow",
                   "machpoint" );

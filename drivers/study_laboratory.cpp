@@ -187,7 +187,8 @@ void Laboratory::readFormer()
 bool Laboratory::judgeAnew( Json& record ) const
 {
     const auto folder = _folder / "runs" / record.at( "id" ).get<std::string>();
-    if ( isFieldError( _study.error ) && !fs::exists( folder / "grid" ) )
+    if ( isFieldError( _study.error ) && _study.reference != Reference::exact &&
+         !fs::exists( folder / "grid" ) )
         return false;
     for ( const auto* key : { "errors", "values", "compared_to" } )
         record.erase( key );
@@ -196,11 +197,7 @@ bool Laboratory::judgeAnew( Json& record ) const
         const auto summary = readFile( ( folder / "summary.json" ).string() );
         readResults( record, folder, Json::parse( summary ) );
     }
-    catch ( const IoError& )
-    {
-        return false;
-    }
-    catch ( const Json::exception& )
+    catch ( const std::exception& ) // whatever is amiss with its files
     {
         return false;
     }
@@ -281,6 +278,8 @@ bool Laboratory::make( StudyRow& row )
     const auto input = fs::path( folder ).concat( ".json" );
     const auto text = row.run.input.dump( 2 ) + "\n";
     writeFile( input, text.data(), text.size() );
+    // What an interrupted run leaves there is no result.
+    row.record.erase( "compared_to" );
     const auto result = _guard.run( row.run.solver, input, folder,
                                     fs::path( folder ).concat( ".log" ) );
     if ( _guard.isInterrupted() || result.code == stopped_early )
@@ -317,10 +316,7 @@ bool Laboratory::make( StudyRow& row )
     record["array_bytes"] =
         summary.value( "peak_array_bytes", std::int64_t( 0 ) );
     if ( _study.kind == StudyKind::effects )
-    {
         addRound( record["effects"], summary );
-        record.erase( "compared_to" ); // what changes comes on top
-    }
     readResults( record, folder, summary );
     return true;
 }

@@ -1009,6 +1009,26 @@ class Run(CommandLineTest):
         self.assertEqual(summary["final_time"], summary["input"]["time"]["end"])
         self.assert_whole(out)
 
+    def test_a_log_without_a_reader_ends_no_run(self):
+        out = self.directory / "out"
+        reader, writer = os.pipe()
+        os.close(reader)
+        try:
+            run = subprocess.run(
+                [EXECUTABLE, "run", SOD, "--set", "grid.cells=[20]", "--output", out],
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=writer,
+                timeout=20, env=ENVIRONMENT)
+            listed = subprocess.run(
+                [EXECUTABLE, "list"], stdin=subprocess.DEVNULL, stdout=writer,
+                stderr=subprocess.PIPE, text=True, timeout=20, env=ENVIRONMENT)
+        finally:
+            os.close(writer)
+        self.assertEqual(run.returncode, FINISHED)
+        self.assertTrue((out / "summary.json").exists())
+        self.assert_whole(out)
+        self.assertEqual(listed.returncode, IO_FAILURE)
+        self.assertIn("cannot write to stdout", listed.stderr)
+
     def test_a_log_that_is_full_hides_no_exit_code(self):
         with open("/dev/full", "w") as full:
             result = subprocess.run(

@@ -10,6 +10,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -328,6 +329,24 @@ class Rows(StudyTest):
                 self.output = used
                 self.assertEqual([row.get("errors") for row in rows],
                                  [row.get("errors") for row in alone])
+
+
+    def test_another_error_of_exact_states_repeats_no_run(self):
+        rounds = []
+        for error in "density.L1", "pressure.L1":
+            self.study(self.write(vary=[{"grid.cells": [[10], [20]]}], repeats=1,
+                                  error=error))
+            rounds.append([row["wall_rounds"] for row in self.result()["rows"]])
+        self.assertEqual(*rounds)
+
+    def test_runs_that_are_gone_are_made_anew(self):
+        probes = [{"type": "point", "name": "p", "at": [0.4]}]
+        for reference in {"type": "finer"}, {"type": "known",
+                                             "values": {"p.density": 0.7}}:
+            path = self.write(vary=[{"grid.cells": [[10], [20]]}], repeats=1,
+                              probes=probes, reference=reference, error="p.density")
+            self.study(path)
+            shutil.rmtree(self.output / "runs")
 
 
 class Advice(StudyTest):
