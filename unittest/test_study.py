@@ -346,6 +346,8 @@ class Rows(StudyTest):
             path = self.write(vary=[{"grid.cells": [[10], [20]]}], repeats=1,
                               probes=probes, reference=reference, error="p.density")
             self.study(path)
+            for row in self.result()["rows"]:
+                self.assertEqual(row["status"], "finished")
             shutil.rmtree(self.output / "runs")
 
 
