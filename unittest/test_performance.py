@@ -707,8 +707,8 @@ class PageTest(unittest.TestCase):
             empty = pathlib.Path(scratch) / "accuracy.md"
             empty.touch()
             accuracy = program("accuracy")
-            words = ["accuracy", "--docs", "--study", "sod", "--machpoint",
-                     str(MACHPOINT), "--output", scratch]
+            words = ["accuracy", "--docs", "--machpoint", str(MACHPOINT),
+                     "--output", scratch]
             with unittest.mock.patch.object(accuracy, "PAGE", empty), \
                     unittest.mock.patch.object(accuracy, "run") as run, \
                     unittest.mock.patch("sys.argv", words), \

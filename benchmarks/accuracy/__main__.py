@@ -4,8 +4,9 @@ Usage: python3 benchmarks/accuracy [--machpoint PATH] [--study NAME]...
            [--repeats NUMBER] [--output DIR] [--docs]
 
 Runs input/studies/*.json, but that of the viscous shock, on one thread, each into
-DIR/NAME, and the advice of ADVICE below; prints a table for each. --docs also writes the
-tables to docs/accuracy.md, and the pictures that it shows to docs/pictures. What is in
+DIR/NAME, and the advice of ADVICE below; prints a table for each. --docs, of all studies,
+also writes the tables to docs/accuracy.md, and the pictures that it shows to
+docs/pictures. What is in
 DIR already is not run again. --repeats replaces that of the studies. Exit code: 0; 1 when
 a study fails.
 """
@@ -131,11 +132,12 @@ def main():
                         help="write docs/accuracy.md, too")
     arguments = parser.parse_args()
     import figure # says what pictures lack
-    if arguments.docs and arguments.repeats:
-        parser.error("--docs takes the repeats of the studies")
+    if arguments.docs and (arguments.repeats or arguments.study):
+        parser.error("--docs is of all studies, with their own repeats: leave out "
+                     "--repeats and --study")
     chosen = arguments.study or STUDIES
     if arguments.docs:
-        page.require("studies", "advice", *(f"study {name}" for name in chosen),
+        page.require("studies", "advice", *(f"study {name}" for name in STUDIES),
                      path=PAGE)
     machpoint = pathlib.Path(arguments.machpoint).resolve()
     output = arguments.output
@@ -169,7 +171,7 @@ def main():
              f"`{', '.join(sorted(revisions))}`, {machine.processor()}, one thread, "
              f"wall clock, medians. {machine.in_words(seen)}")
     print(text, words, sep="\n")
-    if arguments.docs and chosen == STUDIES:
+    if arguments.docs:
         page.write("studies", words, PAGE)
         page.write("advice", text, PAGE)
     return 0

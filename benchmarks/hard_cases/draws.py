@@ -7,6 +7,7 @@ import shutil
 import statistics
 
 import gas
+import suite
 from run import ROOT, broken_invariants, execute, settings
 
 SCENE = "input/sod.json"
@@ -91,11 +92,12 @@ def solve(work, method, number):
 
 def solve_all(work, method, numbers, workers=2):
     """Results of many problems, kept by the hundred."""
+    scene = suite.digest(json.loads((ROOT / SCENE).read_text()))
     results = []
     with concurrent.futures.ThreadPoolExecutor(workers) as pool:
         for first in range(0, len(numbers), 100):
             block = numbers[first:first + 100]
-            key = (f"draws-{method}-{block[0]}-{block[-1]}-{CELLS}-"
+            key = (f"draws-{method}-{block[0]}-{block[-1]}-{CELLS}-{scene}-"
                    f"{work.identity}")
             results += work.remembered(key, lambda: list(
                 pool.map(lambda n: solve(work, method, n), block))) or []

@@ -2,6 +2,7 @@
 import math
 
 from run import broken_invariants, execute, settings
+from suite import digest
 
 FIRST = 0.1
 LIMIT = 100.0  # the input's largest
@@ -72,7 +73,8 @@ def largest(work, name, integrator):
 
 
 def key(work, name, integrator):
-    return f"cfl-{name}-{integrator.replace(' ', '-')}-{work.identity}"
+    scene = digest(work.scene(SCENES[name][0]))
+    return f"cfl-{name}-{integrator.replace(' ', '-')}-{scene}-{work.identity}"
 
 
 def is_kept(work):

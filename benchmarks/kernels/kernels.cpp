@@ -93,7 +93,8 @@ try
         times.push_back( part == "step" ? sample.seconds
                                         : sample.parts.at( part ) );
     std::sort( times.begin(), times.end() );
-    const Real seconds = times[times.size() / 2];
+    const auto n = times.size();
+    const Real seconds = 0.5_rt * ( times[( n - 1 ) / 2] + times[n / 2] );
     if ( seconds <= 0 )
     {
         state.SkipWithError( "the profile has no such phase: correct "

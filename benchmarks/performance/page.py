@@ -40,4 +40,6 @@ def require(*sections, path=PAGE):
 
 
 def write(section, text, path=PAGE):
-    path.write_text(replaced(path.read_text(), section, text))
+    whole = path.with_name(path.name + ".tmp")
+    whole.write_text(replaced(path.read_text(), section, text))
+    whole.replace(path)

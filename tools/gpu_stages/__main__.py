@@ -1,6 +1,7 @@
 """What tools/gpu_check does; it is run by that, which has the usage."""
 import argparse
 import math
+import os
 import pathlib
 import subprocess
 import sys
@@ -37,6 +38,9 @@ def main():
     parser.add_argument("--dry-run", action="store_true",
                         help="show what would be run")
     options = parser.parse_args()
+    # Commands run at the root of the repository, wherever this one does.
+    if deps := os.environ.get("MACHPOINT_DEPS"):
+        os.environ["MACHPOINT_DEPS"] = os.path.abspath(deps)
     # To call another stage with.
     options.others = stages.parse_known_args()[1]
     if options.preset == options.reference:
