@@ -10,6 +10,8 @@
 #include <core/node_list.hpp>
 #include <core/shape_input.hpp>
 
+#include <fmt/format.h>
+
 #include <string>
 #include <utility>
 #include <vector>
@@ -59,34 +61,58 @@ class Obstacle : public Module<Dim>
             .unit( "cells along the normal" )
             .above( 0 )
             .atMost( farthest_image )
-            .defaultsTo( usual_image )
+            .optional( fmt::format( "{} of images", usual_image ) )
             .source( "docs/conservative.md, section 6" );
         p.choice( "projection", { "bilateral", "unilateral" },
                   "remove the normal velocity always, or only into the solid" )
-            .defaultsTo( "bilateral" )
+            .optional( "\"bilateral\" of projection" )
             .source( "eq. 7, Baioni et al. 2023" );
         p.number( "reach", "nodes up to this far outside are projected too" )
             .unit( "cells along the normal" )
             .atLeast( -1 )
             .atMost( 1 )
-            .defaultsTo( 0.5 )
+            .optional( fmt::format( "{} of projection", usual_reach ) )
             .source( "measured: docs/method.md, section 8" );
         return p;
     }
 
-    //! `treatment`, where it is left out: images if the method has them.
+    //! `treatment`, where it is left out: images if the method has them; and
+    //! what that one wants to know.
     static void complete( Json& entry, const MethodFacts& method )
     {
-        if ( !entry.contains( "treatment" ) )
-            entry["treatment"] = method.has_images ? "images" : "projection";
+        auto fill = [&]( const char* key, const Json& value )
+        {
+            if ( !entry.contains( key ) )
+                entry[key] = value;
+        };
+        fill( "treatment", method.has_images ? "images" : "projection" );
+        if ( entry.at( "treatment" ) == "images" )
+        {
+            fill( "image_reach", usual_image );
+        }
+        else
+        {
+            fill( "projection", "bilateral" );
+            fill( "reach", usual_reach );
+        }
     }
-    //! Images in a method that has none.
+    //! Images in a method that has none, or a key of the other treatment.
     static std::string fault( const Json& entry, const MethodFacts& method )
     {
-        return entry.at( "treatment" ) != "images" || method.has_images
-                   ? ""
-                   : "/treatment: " + method.name +
-                         " has no mirror images; leave it out";
+        const std::string treatment = entry.at( "treatment" );
+        if ( treatment == "images" && !method.has_images )
+            return "/treatment: " + method.name +
+                   " has no mirror images; leave it out";
+        for ( const auto& [key, owner] :
+              { std::pair( "image_reach", "images" ),
+                std::pair( "projection", "projection" ),
+                std::pair( "reach", "projection" ) } )
+            if ( entry.contains( key ) && treatment != owner )
+                return fmt::format( "/{}: is of the treatment \"{}\", and this "
+                                    "body has \"{}\"; leave it out, or say "
+                                    "\"treatment\": \"{}\"",
+                                    key, owner, treatment, owner );
+        return "";
     }
     static Json solid( const Json& entry ) { return entry.at( "shape" ); }
     //! The force on the solid, along each axis [Dim], and the mean pressure at
@@ -105,9 +131,9 @@ class Obstacle : public Module<Dim>
           _host_shape(
               makeShape<Dim, Kokkos::HostSpace>( json.at( "shape" ) ) ),
           _has_images( json.at( "treatment" ) == "images" ),
-          _image_reach( json.at( "image_reach" ) ),
-          _bilateral( json.at( "projection" ) == "bilateral" ),
-          _reach( json.at( "reach" ) )
+          _image_reach( json.value( "image_reach", Real( 0 ) ) ),
+          _bilateral( json.value( "projection", "bilateral" ) == "bilateral" ),
+          _reach( json.value( "reach", Real( 0 ) ) )
     {
         _series.name = json.at( "name" );
         _series.columns = columns();
@@ -435,6 +461,8 @@ class Obstacle : public Module<Dim>
     };
 
   private:
+    static constexpr double usual_reach = 0.5; // cells along the normal
+
     Shape<Dim> _shape;
     Shape<Dim, Kokkos::HostSpace> _host_shape;
     bool _has_images;
