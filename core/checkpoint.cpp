@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <bit>
 #include <memory>
+#include <new>
 #include <span>
 #include <variant>
 
@@ -391,6 +392,11 @@ Checkpoint readCheckpoint( const Communicator& ranks, const fs::path& file,
                   catch ( const IoError& )
                   {
                       throw;
+                  }
+                  catch ( const std::bad_alloc& )
+                  {
+                      refuse( file, "it takes more memory than there is, or is "
+                                    "damaged" );
                   }
                   catch ( const std::exception& )
                   {

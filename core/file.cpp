@@ -134,7 +134,7 @@ IoError::IoError( const fs::path& file, const std::string& operation,
 bool isStepFile( const fs::path& file )
 {
     const auto stem = file.stem().string();
-    return file.extension() == ".h5" && stem.size() >= 8 &&
+    return file.extension() == ".h5" && stem.size() >= 8 && stem.size() <= 18 &&
            std::all_of( stem.begin(), stem.end(),
                         []( const char c ) { return c >= '0' && c <= '9'; } );
 }

@@ -97,7 +97,7 @@ void onRoot( const Communicator& ranks, Action&& action )
 }
 
 //! Is it called as what a run writes at a step: `<step>.h5`, with eight digits
-//! or more?
+//! to eighteen?
 bool isStepFile( const std::filesystem::path& file );
 
 //! The name under which a file is written before it is whole: `<target>.tmp`.
@@ -169,6 +169,9 @@ class DirectoryLock
         return *this;
     }
     ~DirectoryLock();
+
+    //! Of a directory?
+    bool isHeld() const { return _file >= 0; }
 
   private:
     int _file = -1;

@@ -98,10 +98,13 @@ void removeFormerRun( const fs::path& directory )
 }
 
 //! Makes the directory or takes an existing one, on the root.
-DirectoryLock takeDirectory( const fs::path& directory, const FormerRun former )
+//! \param lock of it, or of none
+DirectoryLock takeDirectory( const fs::path& directory, const FormerRun former,
+                             DirectoryLock lock )
 {
     makeDirectory( directory );
-    DirectoryLock lock( directory );
+    if ( !lock.isHeld() )
+        lock = DirectoryLock( directory );
     // (Its study.json may as well be somebody's input.)
     requireNone( directory, "a study", { "study.csv" }, "choose" );
     if ( former == FormerRun::refuse )
@@ -214,14 +217,16 @@ void requireNoRun( const fs::path& directory, const char* remedy )
 OutputDirectory::OutputDirectory( const fs::path& directory,
                                   const FormerRun former, int dimension,
                                   const bool needs_fields,
-                                  const int compression )
+                                  const int compression, DirectoryLock lock )
     : _directory( directory ), _dimension( dimension ),
       _compression( compression )
 {
     if ( needs_fields )
         requireHdf5( _ranks );
     require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
-    onRoot( _ranks, [&] { _lock = takeDirectory( directory, former ); } );
+    onRoot( _ranks, [&] {
+                _lock = takeDirectory( directory, former, std::move( lock ) );
+            } );
 }
 
 void OutputDirectory::writeText( const fs::path& name,

@@ -64,13 +64,14 @@ class OutputDirectory
       \param[in] needs_fields Will particles or grids be written? Without them a
       build without HDF5 can run, too.
       \param[in] compression Of the HDF5 files: 0 (none) to 9.
+      \param[in] lock Of the directory, the root's, where it is taken already.
       \throws IoError If the directory holds another run, or one is writing
       there, if it cannot be made or written to, or if this build lacks HDF5
       (several ranks: a parallel one).
     */
     OutputDirectory( const std::filesystem::path& directory, FormerRun former,
                      int dimension, bool needs_fields = true,
-                     int compression = 0 );
+                     int compression = 0, DirectoryLock lock = {} );
 
     //! The directory.
     const std::filesystem::path& path() const { return _directory; }

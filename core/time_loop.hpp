@@ -75,7 +75,7 @@ class TimeLoop : public SceneRun<Dim>
     }
 
     const std::string& limiter() const override { return _time_step.limiter(); }
-    const Extrema& extrema() const override { return _time_step.extrema(); }
+    Extrema extrema() const override { return _time_step.extrema(); }
     void surveyExtrema() override
     {
         _scene.gas->particleState( _scene.state );

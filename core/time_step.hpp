@@ -54,9 +54,9 @@ class TimeStep
                 worst.kind = kindOfBroken( state, found.broken );
             return describeWorst( state, worst );
         }
-        _extrema += Extrema{ static_cast<Real>( -largest[1] ),
-                             static_cast<Real>( -largest[2] ),
-                             static_cast<Real>( largest[3] ) };
+        _latest = { static_cast<Real>( -largest[1] ),
+                    static_cast<Real>( -largest[2] ),
+                    static_cast<Real>( largest[3] ) };
         _fastest = largest[4];
         for ( std::size_t k = 0; k < limits.size(); ++k )
             limits[k] = -largest[5 + k];
@@ -72,12 +72,14 @@ class TimeStep
         return {};
     }
 
-    //! dt = CFL h / max(c + |v|), or less where an effect asks for it.
+    //! dt = CFL h / max(c + |v|), or less where an effect asks for it. What
+    //! was surveyed last is the start of a step from now on.
     //! \param until the next output \param part of it, for a step that is
     //! repeated \throws NumericalFailure the run would not end
     double choose( const double until, const double part )
     {
         const auto& state = _scene.state;
+        _of_steps += _latest;
         double dt = Kokkos::Experimental::infinity_v<double>;
         if ( _fastest > 0 )
             dt = state.cfl * state.grid.minSpacing() / _fastest;
@@ -91,7 +93,8 @@ class TimeStep
             }
         if ( state.step < start_up_steps )
             dt *= start_up_factor;
-        if ( part == 1 && !( dt > 1e-14 * ( until - state.time ) ) )
+        if ( part == 1 && !( dt > 1e-14 * ( until - state.time ) &&
+                             state.time + dt > state.time ) )
             throw NumericalFailure( fmt::format(
                 "the time step {:.3g} at step {}, t = {:.8g}, limited by {}, "
                 "is too small for the {:.3g} up to the next output; the run "
@@ -121,8 +124,13 @@ class TimeStep
 
     //! What limited dt: a module's name or a few words.
     const std::string& limiter() const { return _limiter; }
-    //! Over all ranks and surveys.
-    const Extrema& extrema() const { return _extrema; }
+    //! Over all ranks, the starts of steps and the last survey.
+    Extrema extrema() const
+    {
+        auto all = _of_steps;
+        all += _latest;
+        return all;
+    }
 
     //! Collective. \throws ArchiveError
     void checkpoint( Archive& archive )
@@ -130,10 +138,10 @@ class TimeStep
         archive( "limiter", _limiter );
         _stable = _scene.state.decomposition.comm().min( _stable );
         archive( "stable_time_step", _stable );
-        archive( "extrema/min_density", _extrema.min_density );
+        archive( "extrema/min_density", _of_steps.min_density );
         archive( "extrema/min_specific_internal_energy",
-                 _extrema.min_specific_internal_energy );
-        archive( "extrema/max_mach", _extrema.max_mach );
+                 _of_steps.min_specific_internal_energy );
+        archive( "extrema/max_mach", _of_steps.max_mach );
     }
 
   private:
@@ -142,10 +150,11 @@ class TimeStep
     //! @{
     double _fastest = 0;         // max of c + |v|
     std::vector<double> _limits; // of the modules, behind them the method's
+    Extrema _latest;
     //! @}
     double _stable = std::numeric_limits<double>::infinity();
     std::string _limiter;
-    Extrema _extrema;
+    Extrema _of_steps; // at their starts
 };
 
 } // namespace Machpoint

@@ -175,8 +175,11 @@ ExitCode run( const Json& input, const RunOptions& options )
     const auto checkpoints = folder / "checkpoints";
     Requests requests( ranks, input.at( "checkpoint" ), folder / "stop" );
     std::optional<Checkpoint> restart;
+    DirectoryLock lock;
     if ( !options.restart.empty() )
     {
+        // First of all: a run that is still writing there writes checkpoints.
+        onRoot( ranks, [&] { lock = DirectoryLock( folder ); } );
         restart = findCheckpoint( ranks, options.restart, checkpoints, input );
         requireLaterEnd( *restart, end, options.max_steps );
     }
@@ -194,12 +197,15 @@ ExitCode run( const Json& input, const RunOptions& options )
         archive( "last_output", written );
     };
     if ( restart )
+    {
         resume( *restart, checkpoint_run );
+        simulation->surveyExtrema(); // it may be at its end
+    }
     const auto former = formerRun( ranks, restart, folder, options.overwrite );
     OutputDirectory directory( folder, former, dim,
                                writes_particles || writes_grid ||
                                    requests.isScheduled(),
-                               output.at( "compression" ) );
+                               output.at( "compression" ), std::move( lock ) );
     auto write = [&]
     {
         Profile::Phase phase( "output" );
@@ -306,13 +312,14 @@ ExitCode run( const Json& input, const RunOptions& options )
                 break;
             }
         }
+        // Before what a full disk may keep from being written.
+        if ( code == stopped_early )
+            requests.finish();
         // What is written below is no output of an uninterrupted run.
         if ( ( code == stopped_early && can_keep ) ||
              ( simulation->time() < end && requests.isScheduled() &&
                kept != simulation->steps() ) )
             keep();
-        if ( code == stopped_early )
-            requests.finish();
         if ( written != simulation->steps() )
             write();
     }

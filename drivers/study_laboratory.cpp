@@ -47,6 +47,17 @@ std::string idOf( const StudyRun& run, const Json& probes )
     return fmt::format( "{:016x}", hash );
 }
 
+//! Has a finished run's record all that make() puts there? Older programs told
+//! less.
+bool tellsAll( const Json& record )
+{
+    const auto keys = { "wall_rounds", "cpu_rounds", "particle_updates",
+                        "steps",       "particles",  "memory_bytes",
+                        "threads",     "kernels",    "array_bytes" };
+    return std::all_of( keys.begin(), keys.end(), [&]( const char* key )
+                        { return record.contains( key ); } );
+}
+
 //! What study.json holds of a run that has not been made.
 StudyRow newRow( const StudyRun& run, const Json& probes )
 {
@@ -161,7 +172,8 @@ void Laboratory::readFormer()
             // A run that was killed, or met a full disk or memory, may do
             // better. (An input was checked before.)
             const int code = record.value( "exit_code", 0 );
-            const bool is_finished = record.at( "status" ) == "finished";
+            const bool is_finished = record.at( "status" ) == "finished" &&
+                                     tellsAll( record );
             if ( ( is_finished && ( is_judged || judgeAnew( record ) ) ) ||
                  code == numerical_failure )
                 _former[record.at( "id" )] = record;

@@ -25,7 +25,7 @@ import numpy
 
 import running
 from running import (ALARMING, ENVIRONMENT, FINISHED, IO_FAILURE, NUMERICAL_FAILURE,
-                     STOPPED_EARLY, WRONG_INPUT)
+                     ONE_THREAD, STOPPED_EARLY, WRONG_INPUT)
 
 EXECUTABLE = os.path.abspath(os.environ["MACHPOINT_EXECUTABLE"])
 SINGLE = os.environ.get("MACHPOINT_PRECISION") == "single"
@@ -43,7 +43,7 @@ def machpoint(*arguments, timeout=20, **keywords):
     return subprocess.run([EXECUTABLE, *map(str, arguments)],
                           stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, errors="replace", timeout=timeout,
-                          env=ENVIRONMENT, **keywords)
+                          **{"env": ENVIRONMENT, **keywords})
 
 
 def contents(directory):
@@ -782,6 +782,16 @@ class Run(CommandLineTest):
         self.assertAlmostEqual(extrema["min_density"] / least, 1, 6)
         self.assertAlmostEqual(extrema["min_specific_internal_energy"] / energy, 1, 6)
 
+    def test_extrema_do_not_know_of_checkpoints(self):
+        found = []
+        for every in ['{}', '{"every_steps":1}']:
+            result = machpoint("run", INPUTS / "leblanc.json", "--max-steps", "60",
+                               "--set", f"checkpoint={every}", "--output", self.output,
+                               "--overwrite", env=ONE_THREAD)
+            self.assertCode(result, FINISHED)
+            found.append(self.summary()["extrema"])
+        self.assertEqual(found[0], found[1])
+
     def test_memory_is_that_of_the_run(self):
         # Linux hands the largest memory of whoever starts a program on to it.
         ballast = b"x" * 2**29
@@ -1168,6 +1178,19 @@ class Warnings(unittest.TestCase):
         self.assertEqual(
             self.odd("grid.cells=[40,20]", "boundary.4.shape={\"type\":\"box\","
                      "\"lower\":[2,-1],\"upper\":[3,0.1]}"), [])
+
+    def test_keys_of_another_treatment(self):
+        boundary = json.loads(
+            (INPUTS / "cylinder_mach3.json").read_text())["boundary"]
+        for treatment, key, value in (("images", "reach", 0.2),
+                                      ("images", "projection", "unilateral"),
+                                      ("projection", "image_reach", 1.5)):
+            body = {**boundary[4], "treatment": treatment, key: value}
+            result = machpoint("check", INPUTS / "cylinder_mach3.json", "--set",
+                               "boundary=" + json.dumps(boundary[:4] + [body]))
+            self.assertEqual(result.returncode, WRONG_INPUT, result.stderr)
+            self.assertRegex(result.stderr, f"/boundary/4/{key}: is of the treatment"
+                             f" .*; leave it out")
 
     def test_bodies_of_different_treatments(self):
         boundary = json.loads(

@@ -6,6 +6,7 @@ thread.
 """
 
 import csv
+import fcntl
 import json
 import os
 import pathlib
@@ -377,6 +378,18 @@ class Restarted(RestartTest):
                                        and name.startswith("particles")})
         self.assertEqual(summary(self.output), summary(self.whole))
 
+    def test_a_folder_that_is_a_link(self):
+        """To another disk, say, is the user's."""
+        link = self.output / "particles"
+        link.rename(self.directory / "elsewhere")
+        link.symlink_to(self.directory / "elsewhere")
+        self.run_code(FINISHED, "--restart", checkpoints(self.output)[0])
+        self.assertTrue(link.is_symlink())
+        self.assertSameRun()
+        self.run_code(FINISHED, "--overwrite")
+        self.assertTrue(link.is_symlink())
+        self.assertSameRun()
+
     def test_to_a_later_end(self):
         self.run_code(FINISHED, "--restart", "latest")
         self.run_code(FINISHED, "--restart", "latest", "--set", "time.end=0.65",
@@ -443,6 +456,20 @@ class Restarted(RestartTest):
         self.run_code(IO_FAILURE, "--restart", "latest")
         self.assertEqual(self.contents(), before)
 
+    def test_beside_a_run(self):
+        """Which may be about to write a checkpoint."""
+        before = self.contents()
+        directory = os.open(self.output, os.O_RDONLY)
+        self.addCleanup(os.close, directory)
+        fcntl.flock(directory, fcntl.LOCK_EX)
+        for file in checkpoints(self.output):
+            file.rename(self.directory / file.name)
+        stderr = self.run_code(IO_FAILURE, "--restart", "latest")
+        self.assertIn("another run or study is writing there", stderr)
+        for file in self.directory.glob("*.h5"):
+            file.rename(self.output / "checkpoints" / file.name)
+        self.assertEqual(self.contents(), before)
+
     def test_no_checkpoint_to_fall_back_to(self):
         for file in checkpoints(self.output):
             file.write_bytes(random.Random(3).randbytes(5000))
@@ -477,6 +504,10 @@ class FullDisk(RestartTest):
         self.assertEqual([path.name for path in checkpoints(self.output)],
                          ["00000020.h5"])
         self.assertEqual(list(self.output.rglob("*.tmp")), [])
+        # A stop that finds no room does not leave its request behind, either.
+        (self.output / "stop").touch()
+        self.run_code(IO_FAILURE, *quiet, "--restart", "latest")
+        self.assertFalse((self.output / "stop").exists())
         file = checkpoints(self.output)[0]
         self.output = self.directory / "roomy"
         self.run_code(FINISHED, *quiet, "--restart", file)

@@ -330,6 +330,16 @@ class Rows(StudyTest):
                 self.assertEqual([row.get("errors") for row in rows],
                                  [row.get("errors") for row in alone])
 
+    def test_a_run_is_compared_in_each_round(self):
+        """So what a round that was interrupted left does not count."""
+        vary = [{"grid.cells": [[10], [20]]}]
+        self.study(self.write(vary=vary, repeats=1, reference={"type": "finer"}))
+        study = self.result()
+        right = study["rows"][0]["errors"]
+        study["rows"][0]["errors"] = {"density.L1": 7}
+        (self.output / "study.json").write_text(json.dumps(study))
+        self.study(self.write(vary=vary, repeats=2, reference={"type": "finer"}))
+        self.assertEqual(self.result()["rows"][0]["errors"], right)
 
     def test_another_error_of_exact_states_repeats_no_run(self):
         rounds = []
@@ -349,6 +359,16 @@ class Rows(StudyTest):
             for row in self.result()["rows"]:
                 self.assertEqual(row["status"], "finished")
             shutil.rmtree(self.output / "runs")
+
+    def test_what_an_older_program_told_less_of_is_made_anew(self):
+        path = self.write(vary=[{"grid.cells": [[10], [20]]}], repeats=1)
+        self.study(path)
+        study = self.result()
+        del study["rows"][0]["memory_bytes"]
+        (self.output / "study.json").write_text(json.dumps(study))
+        kept = self.study(path).stderr.count("round 1 of 1")
+        self.assertEqual(kept, 1)  # of two
+        self.assertGreater(self.result()["rows"][0]["memory_bytes"], 0)
 
 
 class Advice(StudyTest):
