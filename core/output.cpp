@@ -224,7 +224,8 @@ OutputDirectory::OutputDirectory( const fs::path& directory,
     if ( needs_fields )
         requireHdf5( _ranks );
     require( dimension >= 1 && dimension <= 3, "the dimension is 1, 2 or 3" );
-    onRoot( _ranks, [&] {
+    onRoot( _ranks,
+            [&] {
                 _lock = takeDirectory( directory, former, std::move( lock ) );
             } );
 }

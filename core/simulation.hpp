@@ -107,8 +107,9 @@ class Simulation
     //! Of the states at the start of every step, and of what was surveyed last.
     virtual Extrema extrema() const = 0;
     //! Takes the state as it is into the extrema, until the next step starts:
-    //! the last one starts none. Collective. \throws NumericalFailure where it is broken; then it is that
-    //! of the step before, if `time.retries` keeps one
+    //! the last one starts none. Collective. \throws NumericalFailure where it
+    //! is broken; then it is that of the step before, if `time.retries` keeps
+    //! one
     virtual void surveyExtrema() = 0;
     //! Steps that were rejected and repeated with half the time step.
     virtual std::int64_t retries() const = 0;

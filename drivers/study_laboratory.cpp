@@ -54,7 +54,8 @@ bool tellsAll( const Json& record )
     const auto keys = { "wall_rounds", "cpu_rounds", "particle_updates",
                         "steps",       "particles",  "memory_bytes",
                         "threads",     "kernels",    "array_bytes" };
-    return std::all_of( keys.begin(), keys.end(), [&]( const char* key )
+    return std::all_of( keys.begin(), keys.end(),
+                        [&]( const char* key )
                         { return record.contains( key ); } );
 }
 
@@ -172,8 +173,8 @@ void Laboratory::readFormer()
             // A run that was killed, or met a full disk or memory, may do
             // better. (An input was checked before.)
             const int code = record.value( "exit_code", 0 );
-            const bool is_finished = record.at( "status" ) == "finished" &&
-                                     tellsAll( record );
+            const bool is_finished =
+                record.at( "status" ) == "finished" && tellsAll( record );
             if ( ( is_finished && ( is_judged || judgeAnew( record ) ) ) ||
                  code == numerical_failure )
                 _former[record.at( "id" )] = record;
