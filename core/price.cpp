@@ -68,9 +68,9 @@ Json makePrice( const Json& summary, const double process_seconds )
     {
         const double error = summary.at( "errors" ).at( "density" ).at( "L1" );
         price["error"] = error;
-        price["relative_error"] =
-            error /
-            summary.at( "conservation" ).at( "final_mass" ).get<double>();
+        const double mass = summary.at( "conservation" ).at( "final_mass" );
+        if ( mass > 0 )
+            price["relative_error"] = error / mass;
         price["error_source"] = "exact";
     }
     else if ( estimate )

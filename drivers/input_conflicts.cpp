@@ -33,6 +33,25 @@ MethodFacts methodFacts( const Json& input )
     return { name, name == Conservative::name };
 }
 
+std::string fileNameFault( const std::string& name )
+{
+    if ( name.empty() )
+        return "names a file or directory, so it must not be empty";
+    const bool is_printed =
+        std::all_of( name.begin(), name.end(),
+                     []( const unsigned char c ) { return c >= ' '; } );
+    if ( name.find_first_of( "/\\" ) != std::string::npos || name == "." ||
+         name == ".." || !is_printed )
+        return "names a file or directory, so it must hold no slash and no "
+               "control character";
+    // File systems take 255 bytes, of which an ending needs some.
+    if ( constexpr std::size_t most = 200; name.size() > most )
+        return fmt::format( "names a file or directory, so it must have at "
+                            "most {} bytes, not {}",
+                            most, name.size() );
+    return "";
+}
+
 namespace
 {
 
@@ -95,22 +114,9 @@ class Checker
     //! Scenes and series give files and directories their names.
     void checkFileName( const Json& name, const std::string& place )
     {
-        const auto text = name.get<std::string>();
-        if ( text.empty() )
-            error( place,
-                   "names a file or directory, so it must not be empty" );
-        const bool is_printed =
-            std::all_of( text.begin(), text.end(),
-                         []( const unsigned char c ) { return c >= ' '; } );
-        if ( text.find_first_of( "/\\" ) != std::string::npos || text == "." ||
-             text == ".." || !is_printed )
-            error( place, "names a file or directory, so it must hold no "
-                          "slash and no control character" );
-        // File systems take 255 bytes, of which an ending needs some.
-        if ( constexpr std::size_t most = 200; text.size() > most )
-            error( place, fmt::format( "names a file or directory, so it must "
-                                       "have at most {} bytes, not {}",
-                                       most, text.size() ) );
+        const auto fault = fileNameFault( name.get<std::string>() );
+        if ( !fault.empty() )
+            error( place, fault );
     }
 
     void checkOutput()
@@ -306,15 +312,19 @@ class Checker
     {
         const auto names = sideNames( _dimension );
         std::vector<int> entries( names.size() ), whole( names.size() ),
-            periodic( names.size() );
+            periodic( names.size() ), imposed( names.size() );
         int k = 0;
         for ( const auto& entry : _input.at( "boundary" ) )
         {
             const auto place = fmt::format( "/boundary/{}", k++ );
-            checkEntry( entry, boundaryHooks( entry, _dimension ), place );
+            const auto& hooks = boundaryHooks( entry, _dimension );
+            checkEntry( entry, hooks, place );
             checkSeries( entry, place );
+            const int layers =
+                hooks.imposedCells ? hooks.imposedCells( entry ) : 0;
             for ( const auto& claim : sidesOf( entry, _dimension ) )
             {
+                imposed[claim.side] = std::max( imposed[claim.side], layers );
                 ++entries[claim.side];
                 whole[claim.side] += entry.contains( "region" ) ? 0 : 1;
                 periodic[claim.side] +=
@@ -337,6 +347,31 @@ class Checker
                 error( "/boundary", names[side] +
                                         " is periodic, so its partner " +
                                         names[side ^ 1] + " must be too" );
+        }
+        if ( _sound.have( { "grid" } ) )
+            checkImposed( imposed );
+    }
+
+    //! Is there gas that no boundary gives its state? \param imposed layers of
+    //! cells at each side
+    void checkImposed( const std::vector<int>& imposed )
+    {
+        const auto names = sideNames( _dimension );
+        for ( int axis = 0; axis < _dimension; ++axis )
+        {
+            const auto cells = _input.at( "grid" )
+                                   .at( "cells" )
+                                   .at( axis )
+                                   .get<std::int64_t>();
+            const std::int64_t lower = imposed[2 * axis];
+            const std::int64_t upper = imposed[2 * axis + 1];
+            if ( lower + upper >= cells )
+                error( "/boundary",
+                       fmt::format( "{} and {} keep {} layers of cells in a "
+                                    "state of their own, and there are {}; "
+                                    "take a smaller buffer",
+                                    names[2 * axis], names[2 * axis + 1],
+                                    lower + upper, cells ) );
         }
     }
 

@@ -18,6 +18,9 @@ namespace Machpoint
 //! What a resolved input says of its method.
 MethodFacts methodFacts( const Json& input );
 
+//! Why a file or a directory cannot have a name; empty: it can.
+std::string fileNameFault( const std::string& name );
+
 /*!
   \brief What no single key can tell: conflicts between keys. What needs a key
   that is wrong itself is left out.

@@ -189,19 +189,36 @@ std::vector<Candidate> candidates( const Line& line, const std::size_t number )
     const double believed = unbelievedOrder( line )
                                 ? errors.back().x
                                 : std::numeric_limits<double>::infinity();
+    const auto& coarsest = line.cells.front();
+    auto varies = [&]( const std::size_t axis )
+    {
+        return std::any_of( line.cells.begin(), line.cells.end(),
+                            [&]( const auto& cells )
+                            { return cells[axis] != finest[axis]; } );
+    };
+    std::size_t first = 0; // that varies: of two errors one does
+    while ( !varies( first ) )
+        ++first;
     std::int64_t step = 0;
     for ( const auto& cells : line.cells )
-        step = std::gcd( step, cells[0] );
+        step = std::gcd( step, cells[first] );
     std::vector<Candidate> all;
-    for ( auto n = line.cells.front()[0]; n <= farthest_refinement * finest[0];
+    for ( auto n = coarsest[first]; n <= farthest_refinement * finest[first];
           n += step )
     {
         Candidate candidate;
         candidate.line = number;
-        for ( const auto cells : finest )
-            candidate.cells.push_back( std::llround(
-                static_cast<double>( cells ) * static_cast<double>( n ) /
-                static_cast<double>( finest[0] ) ) );
+        // An axis that stays does so, and none has fewer cells than were tried:
+        // a scene may not allow them.
+        for ( std::size_t axis = 0; axis < finest.size(); ++axis )
+            candidate.cells.push_back(
+                varies( axis )
+                    ? std::max<std::int64_t>(
+                          coarsest[axis],
+                          std::llround( static_cast<double>( finest[axis] ) *
+                                        static_cast<double>( n ) /
+                                        static_cast<double>( finest[first] ) ) )
+                    : finest[axis] );
         const double count = cellCount( candidate.cells );
         candidate.seconds = predict( seconds, count );
         candidate.error = predict( errors, std::min( count, believed ) );

@@ -158,6 +158,7 @@ class Reader
         }
         // Of a study's runs the summary is wanted; how much is written, and
         // how often, would be part of the time.
+        _scene.erase( "checkpoint" );
         // Settings go into objects that are there.
         if ( !_input.is_null() && !_scene.contains( "method" ) )
             _scene["method"] = Json::object();
@@ -257,6 +258,10 @@ class Reader
                       fmt::format( "expected {} number(s), as the scene has "
                                    "{} axes",
                                    dimension, dimension ) );
+            if ( probes[k].contains( "to" ) &&
+                 probes[k].at( "to" ) == probes[k].at( "from" ) )
+                fail( fmt::format( "/probes/{}/to", k ),
+                      "must be another place than from" );
             if ( !names.insert( probeColumn( probes[k] ) ).second )
                 fail( fmt::format( "/probes/{}/name", k ),
                       "is that of another probe" );
@@ -354,10 +359,10 @@ class Reader
     void makeRuns()
     {
         _study.name = _json.at( "study" );
-        if ( _study.name.find_first_of( "/\\" ) != std::string::npos ||
-             _study.name == "." || _study.name == ".." )
-            fail( "/study", "names a directory, so it must hold no slash" );
+        if ( const auto fault = fileNameFault( _study.name ); !fault.empty() )
+            fail( "/study", fault );
         _study.error = _json.at( "error" );
+        _study.judge = _json.value( "reference", Json() );
         _study.repeats = _json.at( "repeats" );
         _study.probes = _json.at( "probes" );
         if ( _study.reference == Reference::known )

@@ -72,6 +72,7 @@ struct Study
     std::string error; //!< field.norm, body.column or probe.column; of
                        //!< effects perhaps empty: none
     Reference reference = Reference::exact;
+    Json judge;                 //!< the whole of it, as the file has it
     Json known;                 //!< of Reference::known: column -> number
     Json probes;                //!< resolved
     int repeats = 1;            //!< how often each run is timed

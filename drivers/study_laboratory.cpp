@@ -92,6 +92,7 @@ Laboratory::Laboratory( const Study& study, const fs::path& folder )
         if ( !find( row.record.at( "id" ) ) ) // two ways to say the same
             _rows.push_back( std::move( row ) );
     }
+    forgetGone();
 }
 
 std::size_t Laboratory::foreignRows() const
@@ -165,9 +166,8 @@ void Laboratory::readFormer()
                 "another directory with --output DIR, or remove it",
                 _folder.string(), former.at( "study" ).get<std::string>(),
                 former.at( "kind" ).get<std::string>() ) );
-        const bool is_judged =
-            former.at( "error" ) == _study.error &&
-            former.at( "reference" ) == referenceName( _study.reference );
+        const bool is_judged = former.at( "error" ) == _study.error &&
+                               former.value( "judge", Json() ) == _study.judge;
         auto keep = [&]( Json record )
         {
             // A run that was killed, or met a full disk or memory, may do
@@ -231,6 +231,38 @@ void Laboratory::readResults( Json& record, const fs::path& folder,
     }
 }
 
+void Laboratory::forgetGone()
+{
+    const bool by_fields = _study.kind == StudyKind::effects ||
+                           ( isFieldError( _study.error ) &&
+                             ( _study.reference == Reference::finer ||
+                               _study.reference == Reference::run ) );
+    if ( !by_fields )
+        return;
+    auto forget = [&]( StudyRow& row )
+    {
+        if ( row.isFinished() && !fs::exists( folderOf( row ) / "grid" ) )
+            row = newRow( row.run, _study.probes );
+    };
+    for ( auto& row : _rows )
+    {
+        auto* better = judgeOf( row );
+        if ( !row.isFinished() || !better || better == &row ||
+             row.record.value( "compared_to", Json() ) ==
+                 better->record.at( "id" ) )
+            continue;
+        forget( row );
+        forget( *better );
+    }
+}
+
+StudyRow* Laboratory::judgeOf( const StudyRow& row )
+{
+    if ( _study.kind == StudyKind::effects )
+        return &_rows.front();
+    return _study.reference == Reference::run ? &*_reference : nextFiner( row );
+}
+
 StudyRow Laboratory::known( const StudyRun& run ) const
 {
     auto row = newRow( run, _study.probes );
@@ -266,6 +298,7 @@ bool Laboratory::complete( StudyRow& row, const int round )
         return true;
     if ( !make( row ) )
         return false;
+    save(); // whatever a comparison may meet
     compare();
     save();
     std::fflush( stdout ); // in order, where both go to one file
@@ -380,10 +413,10 @@ void Laboratory::tellChanges( StudyRow& row ) const
     record["compared_to"] = id;
 }
 
-const StudyRow* Laboratory::nextFiner( const StudyRow& row ) const
+StudyRow* Laboratory::nextFiner( const StudyRow& row )
 {
-    const StudyRow* next = nullptr;
-    for ( const auto& other : _rows )
+    StudyRow* next = nullptr;
+    for ( auto& other : _rows )
     {
         const double cells = cellCount( other.run.cells() );
         if ( other.run.line == row.run.line && !other.isFailed() &&

@@ -59,6 +59,13 @@ class Laboratory
     //! before. \return false where its results are not there any more
     bool judgeAnew( Json& record ) const;
 
+    //! Runs that are yet to be compared, and whose fields are not there any
+    //! more, are to be made anew.
+    void forgetGone();
+
+    //! The run whose fields a row's are compared with; none: null.
+    StudyRow* judgeOf( const StudyRow& row );
+
     //! What a run by itself tells of its errors.
     void readResults( Json& record, const std::filesystem::path& folder,
                       const Json& summary ) const;
@@ -85,7 +92,7 @@ class Laboratory
     //! How far a run without an effect is from the scene as it is.
     void tellChanges( StudyRow& row ) const;
 
-    const StudyRow* nextFiner( const StudyRow& row ) const;
+    StudyRow* nextFiner( const StudyRow& row );
     void compare( StudyRow& row, const StudyRow& better ) const;
     void compareToKnown( StudyRow& row ) const;
 

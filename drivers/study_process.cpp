@@ -79,12 +79,14 @@ ProcessGuard::ProcessGuard()
     interrupted = 0;
     _int = std::signal( SIGINT, passOn );
     _term = std::signal( SIGTERM, passOn );
+    _usr1 = std::signal( SIGUSR1, SIG_IGN ); // which asks for a checkpoint
 }
 
 ProcessGuard::~ProcessGuard()
 {
     std::signal( SIGINT, _int );
     std::signal( SIGTERM, _term );
+    std::signal( SIGUSR1, _usr1 );
 }
 
 bool ProcessGuard::isInterrupted() const

@@ -35,7 +35,7 @@ std::filesystem::path executable( Solver solver );
 
 /*!
   \brief While it lives, SIGINT and SIGTERM end the running process instead of
-  this one.
+  this one, and SIGUSR1 does nothing.
 */
 class ProcessGuard
 {
@@ -61,6 +61,7 @@ class ProcessGuard
   private:
     void ( *_int )( int );
     void ( *_term )( int );
+    void ( *_usr1 )( int );
 };
 
 } // namespace Machpoint

@@ -173,6 +173,7 @@ Json makeStudyJson( const Study& study, const std::vector<StudyRow>& rows,
     json["dimension"] = study.scene.at( "dimension" );
     json["error"] = study.error;
     json["reference"] = referenceName( study.reference );
+    json["judge"] = study.judge;
     json["repeats"] = study.repeats;
     json["clock"] = clockName( study.clock );
     json["revision"] = revision;

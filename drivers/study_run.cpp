@@ -128,6 +128,10 @@ StudyRun makeStudyRun( const Study& study, const Json& settings,
         words.empty() ? file
                       : fmt::format( "{}: {}", file, fmt::join( words, " " ) );
     run.input = resolveInput( run.input, name );
+    if ( study.scene.at( "output" ).value( "grid", false ) &&
+         !run.input.at( "output" ).at( "grid" ) )
+        throw InputError( { name + ": /output/grid: the study compares what is "
+                                   "on the grid; leave it out" } );
     requireInside( study.probes, run.input, name );
     return run;
 }

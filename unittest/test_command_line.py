@@ -397,6 +397,18 @@ class WrongInput(CommandLineTest):
             self.assertEqual(contents(inputs), {"wrong.json": content})
         self.assertEqual(contents(self.directory), {})
 
+    def test_states_that_nobody_would_see(self):
+        for scene, key, place in [
+                ("cylinder_mach3", "boundary[0].buffer=400",
+                 "/boundary: x_lower and x_upper keep 400 layers of cells"),
+                ("kelvin_helmholtz", "initial[0].lower=0.75",
+                 "/initial/0: upper must be greater than lower"),
+                ("two_blasts", "initial[0].left_end=0.9",
+                 "/initial/0: right_start must be greater than left_end")]:
+            result = machpoint("check", INPUTS / f"{scene}.json", "--set", key)
+            self.assertCode(result, WRONG_INPUT)
+            self.assertIn(place, result.stderr)
+
     def test_every_mistake_is_reported_at_once(self):
         document = copy.deepcopy(SHIPPED["sod.json"])
         document["physics"][0]["gamma"] = 1

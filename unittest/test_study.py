@@ -360,6 +360,40 @@ class Rows(StudyTest):
                 self.assertEqual(row["status"], "finished")
             shutil.rmtree(self.output / "runs")
 
+    def test_runs_without_fields_are_made_anew_to_compare(self):
+        reference = {"type": "finer"}
+        self.study(self.write(vary=[{"grid.cells": [[10], [20]]}], repeats=1,
+                              reference=reference))
+        shutil.rmtree(self.output / "runs")
+        shown = self.study(self.write(vary=[{"grid.cells": [[10], [20]]}],
+                                      repeats=1, reference=reference)).stderr
+        self.assertNotIn("round", shown) # nothing is left to compare
+        shown = self.study(self.write(vary=[{"grid.cells": [[10], [20], [40]]}],
+                                      repeats=1, reference=reference)).stderr
+        self.assertEqual(shown.count("round 1 of 1"), 2) # not the coarsest
+        rows = {row["cells"][0]: row for row in self.result()["rows"]}
+        self.assertEqual(rows[20]["compared_to"], rows[40]["id"])
+        self.assertEqual(rows[10]["compared_to"], rows[20]["id"])
+
+    def test_proofs_are_of_the_reference(self):
+        probes = [{"type": "point", "name": "p", "at": [0.4]}]
+        for value, proofs in (0.7, 1), (0.7, 1), (0.8, 0):
+            path = self.write(vary=[{"grid.cells": [[20], [40]]}], probes=probes,
+                              repeats=1, error="p.density",
+                              reference={"type": "known",
+                                         "values": {"p.density": value}})
+            advice = [] if self.output.exists() else ["--budget", "9s"]
+            self.study(path, *advice)
+            self.assertEqual(len(self.result()["proofs"]), proofs)
+
+    def test_checkpoints_of_the_scene_are_not_the_runs(self):
+        scene = json.loads((INPUTS / "sod.json").read_text())
+        scene["checkpoint"] = {"every_steps": 1}
+        (self.directory / "scene.json").write_text(json.dumps(scene))
+        self.study(self.write(input="scene.json", vary=[{"grid.cells": [[20]]}],
+                              repeats=1))
+        self.assertEqual(list(self.output.rglob("checkpoints")), [])
+
     def test_what_an_older_program_told_less_of_is_made_anew(self):
         path = self.write(vary=[{"grid.cells": [[10], [20]]}], repeats=1)
         self.study(path)
@@ -444,6 +478,7 @@ class Interrupted(StudyTest):
         process = running.start(self, self.command(path), ONE_THREAD)
         running.wait_for(self, process, 2, self.output, "runs/*.json")
         time.sleep(0.2)
+        process.send_signal(signal.SIGUSR1) # asks for a checkpoint, of a run
         process.send_signal(number)
         process.wait(timeout=60)
         return process
@@ -593,6 +628,13 @@ class Wrong(StudyTest):
             ({"vary": [{"solver": ["finite"]}]},
              "/vary/0/solver/0: expected one of machpoint, finite_volume"),
             ({"vary": MATRIX, "study": "a/b"}, "/study: "),
+            ({"vary": MATRIX, "study": "a\nb"}, "/study: "),
+            ({"vary": MATRIX, "study": 300 * "a"}, "/study: "),
+            ({"vary": MATRIX, "probes": [
+                {"type": "crossing", "name": "p", "value": 1, "from": [0.5],
+                 "to": [0.5]}]}, "/probes/0/to: must be another place"),
+            ({"vary": [{"output.grid": [False], "grid.cells": [[10], [20]]}],
+              "reference": {"type": "finer"}}, "/output/grid: "),
             ({"vary": MATRIX, "input": "none.json"}, "none.json"),
             ({"vary": MATRIX, "reference": {"type": "run"}},
              "/reference/set: missing"),

@@ -163,6 +163,27 @@ TEST( Study, CandidatesLieOnTheGridsOfTheRuns )
     EXPECT_NEAR( all[7].error, 1.0 / ( 80 * 80 ), 1e-12 );
 }
 
+TEST( Study, CandidatesKeepAxesThatStay )
+{
+    Line line = secondOrder();
+    for ( auto& cells : line.cells )
+        cells[0] = 4;
+    const auto all = candidates( line, 0 );
+    ASSERT_EQ( all.size(), 8u );
+    for ( std::size_t k = 0; k < all.size(); ++k )
+        EXPECT_EQ( all[k].cells,
+                   ( std::vector<std::int64_t>{
+                       4, static_cast<std::int64_t>( 10 * ( k + 1 ) ) } ) );
+    // Nor do they go below what was run where shapes differ.
+    line.cells.front() = { 4, 10 };
+    line.cells.back() = { 8, 80 };
+    for ( const auto& candidate : candidates( line, 0 ) )
+    {
+        EXPECT_GE( candidate.cells[0], 4 );
+        EXPECT_GE( candidate.cells[1], 10 );
+    }
+}
+
 // Of grids with as many cells in other shapes the dearest and the roughest
 // counts.
 TEST( Study, EqualCountsOfCellsAreOnePoint )

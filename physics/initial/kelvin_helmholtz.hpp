@@ -7,6 +7,8 @@
 
 #include <physics/initial/initial_state.hpp>
 
+#include <stdexcept>
+
 namespace Machpoint
 {
 
@@ -59,6 +61,7 @@ class KelvinHelmholtz : public InitialState
         return p;
     }
 
+    //! \throws std::invalid_argument where the layers are in the other order
     explicit KelvinHelmholtz( const Json& json )
         : _lower( json.at( "lower" ) ), _upper( json.at( "upper" ) ),
           _outer_density( json.at( "outer_density" ) ),
@@ -71,6 +74,8 @@ class KelvinHelmholtz : public InitialState
           _k( 2 * Kokkos::numbers::pi_v<double> /
               json.at( "wavelength" ).get<double>() )
     {
+        if ( !( _lower < _upper ) )
+            throw std::invalid_argument( "upper must be greater than lower" );
     }
     //! @}
 

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <stdexcept>
 #include <utility>
 
 namespace Machpoint
@@ -53,6 +54,7 @@ class TwoBlasts : public InitialState
         return p;
     }
 
+    //! \throws std::invalid_argument where the right gas starts in the left one
     explicit TwoBlasts( const Json& json )
         : _direction( toDirection( json ) ), _left_end( json.at( "left_end" ) ),
           _right_start( json.at( "right_start" ) ),
@@ -60,6 +62,9 @@ class TwoBlasts : public InitialState
           _middle( json.at( "middle_pressure" ) ),
           _right( json.at( "right_pressure" ) )
     {
+        if ( !( _left_end < _right_start ) )
+            throw std::invalid_argument(
+                "right_start must be greater than left_end" );
     }
     //! @}
 
