@@ -81,7 +81,6 @@ class Inflow : public SideBoundary<Dim>
                          entry.at( "side" ).get<std::string>();
     }
     //! @}
-    bool isOpen() const override { return true; }
     void checkpoint( Archive& archive ) override
     {
         archive( "advanced", _advanced );

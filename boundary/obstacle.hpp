@@ -128,8 +128,6 @@ class Obstacle : public Module<Dim>
 
     explicit Obstacle( const Json& json )
         : _shape( makeShape<Dim, MemorySpace>( json.at( "shape" ) ) ),
-          _host_shape(
-              makeShape<Dim, Kokkos::HostSpace>( json.at( "shape" ) ) ),
           _has_images( json.at( "treatment" ) == "images" ),
           _image_reach( json.value( "image_reach", Real( 0 ) ) ),
           _bilateral( json.value( "projection", "bilateral" ) == "bilateral" ),
@@ -140,11 +138,6 @@ class Obstacle : public Module<Dim>
         _series.columns.insert( _series.columns.begin(), "time" );
     }
     //! @}
-
-    bool isSolid( const Vector<Dim>& x ) const override
-    {
-        return _host_shape.distance( x ) < 0;
-    }
 
     //! Lists the solid nodes, or those that stand for the wall where images
     //! leave gaps; each belongs to the nearest body alone, these to the nearest
@@ -464,7 +457,6 @@ class Obstacle : public Module<Dim>
     static constexpr double usual_reach = 0.5; // cells along the normal
 
     Shape<Dim> _shape;
-    Shape<Dim, Kokkos::HostSpace> _host_shape;
     bool _has_images;
     Real _image_reach;
     int _first_image = 0, _last_image = 0; // of this obstacle, in this step

@@ -127,7 +127,6 @@ class Outflow : public SideBoundary<Dim>
                      "pressure, too";
     }
     //! @}
-    bool isOpen() const override { return true; }
 
     //! Of the cells next to the side.
     bool particleSource( State<Dim>& state ) override

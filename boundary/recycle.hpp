@@ -71,7 +71,6 @@ class Recycle : public Module<Dim>
                          ", where the gas leaves";
     }
     //! @}
-    bool isOpen() const override { return true; }
 
     void applyToParticles( State<Dim>& state ) override
     {

@@ -57,7 +57,11 @@ class Module
     virtual void layOut( State<Dim>& ) {}
     //! Before the first step: precompute.
     virtual void initialize( State<Dim>& ) {}
-    //! Sets or adds to the pressure and sound speed of particles.
+    //! Sets or adds to the pressure and sound speed of particles, and changes
+    //! nothing else: a step that is repeated calls it once more. Who raises the
+    //! sound speed bounds the step in limitTimeStep, too: the wave speed that
+    //! it is chosen by is the gas's own. Sorting and other ranks come between
+    //! limitTimeStep and keepDeposit, so rows are of other particles then.
     virtual void particleState( State<Dim>& ) {}
     //! Largest stable time step for this rank's gas, time, state.cfl included
     //! where it is due; infinity when there is no limit. One that is not
@@ -109,9 +113,11 @@ class Module
 
     //! Does it take this place [Dim] on one of its sides (InputHooks::sides)?
     virtual bool covers( const Vector<Dim>& ) const { return true; }
-    //! Is a point [Dim] inside a solid, so that no particle starts there?
+    //! Is a point [Dim] inside a solid, so that no particle starts there? (A
+    //! body whose type has a `solid` has none within that anyway.)
     virtual bool isSolid( const Vector<Dim>& ) const { return false; }
-    //! Does gas enter or leave here, so that energy cannot balance?
+    //! Does gas enter or leave here, so that energy cannot balance? (An open
+    //! side says so by its SideKind.)
     virtual bool isOpen() const { return false; }
     //! Does it act on the gas from outside, so that momentum along this axis
     //! changes?
@@ -120,7 +126,8 @@ class Module
     //! parameters do not tell, to write it or to read it back.
     //! \throws ArchiveError
     virtual void checkpoint( Archive& ) {}
-    //! The step is repeated from its start: forget what it contributed.
+    //! The step is repeated from its start: forget what it contributed. It got
+    //! as far as particleSource; where a run ends, perhaps through inject.
     virtual void rejectStep( State<Dim>& ) {}
     //! Time series to be written with the output.
     virtual const Series* series() const { return nullptr; }

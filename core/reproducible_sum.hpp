@@ -181,6 +181,17 @@ sumOfRanks( const Communicator& comm, const std::vector<ReproducibleSum>& own )
     return sums;
 }
 
+//! A sum of which each rank has its part: written is the whole, which when it
+//! is read back is the root's part. Collective. \throws ArchiveError
+inline void checkpointOfRanks( Archive& archive, const Communicator& comm,
+                               const std::string& name, ReproducibleSum& own )
+{
+    auto whole = sumOfRanks( comm, { own } )[0];
+    whole.checkpoint( archive, name );
+    if ( archive.isReading() )
+        own = comm.isRoot() ? whole : ReproducibleSum{};
+}
+
 } // namespace Machpoint
 
 namespace Kokkos

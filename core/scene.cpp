@@ -281,7 +281,10 @@ Scene<Dim> makeScene( const Json& input, const NodeNeeds& needs )
     state.reference_pressure = response.reference;
     weighImages( scene );
     for ( const auto& active : scene.modules )
-        scene.is_open = scene.is_open || active.module->isOpen();
+        scene.is_open = scene.is_open || active.module->isOpen() ||
+                        std::any_of( active.sides.begin(), active.sides.end(),
+                                     []( const SideClaim& claim )
+                                     { return claim.kind == SideKind::open; } );
     scene.side_kinds =
         claimSides( scene, NodeLayout<Dim>( state.grid, needs.centred, 0 ) );
     layOut( scene );

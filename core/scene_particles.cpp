@@ -5,9 +5,11 @@
 #include <core/scene_parts.hpp>
 
 #include <core/initial_gas.hpp>
+#include <core/shape_input.hpp>
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 namespace Machpoint
 {
@@ -25,6 +27,11 @@ void forEachNewParticle( const InitialGas<Dim>& initial,
     const auto& grid = state.grid;
     const auto& box = state.layout.box;
     const int q = latticeSize( state.per_cell, Dim );
+    std::vector<Shape<Dim, Kokkos::HostSpace>> solids;
+    for ( const auto& active : scene.modules )
+        if ( !active.solid.is_null() )
+            solids.push_back(
+                makeShape<Dim, Kokkos::HostSpace>( active.solid ) );
     for ( int own_cell = 0; own_cell < box.totalCells(); ++own_cell )
     {
         Indices<Dim> i{};
@@ -45,10 +52,12 @@ void forEachNewParticle( const InitialGas<Dim>& initial,
             Vector<Dim> x{};
             for ( int d = 0; d < Dim; ++d )
                 x[d] = grid.lower[d] + ( i[d] + f[d] ) * grid.spacing[d];
-            bool solid = false;
+            bool is_solid = false;
+            for ( const auto& shape : solids )
+                is_solid = is_solid || shape.distance( x ) < 0;
             for ( const auto& active : scene.modules )
-                solid = solid || active.module->isSolid( x );
-            if ( solid )
+                is_solid = is_solid || active.module->isSolid( x );
+            if ( is_solid )
                 continue;
             Gradient gradient;
             const auto gas = initial.at( x, gradient );

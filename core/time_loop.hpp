@@ -38,7 +38,7 @@ class TimeLoop : public SceneRun<Dim>
     using Run::_balancer, Run::_particles, Run::_scene, Run::_scheme;
     using Run::balance, Run::layOut, Run::sortParticles;
     using Run::call, Run::each, Run::withEach;
-    using Run::comm, Run::ledgerOfRanks;
+    using Run::comm;
     using Run::findLeavers, Run::noteFrom;
     using Run::migrateAll, Run::migrateNoted;
     //! @}
@@ -90,10 +90,12 @@ class TimeLoop : public SceneRun<Dim>
         archive( "step", state.step );
         archive( "next_id", state.next_id );
         archive( "retries", _retries );
-        auto ledger = ledgerOfRanks();
-        ledger.mass_in.checkpoint( archive, "ledger/mass_in" );
-        ledger.mass_out.checkpoint( archive, "ledger/mass_out" );
-        ledger.energy_in.checkpoint( archive, "ledger/energy_in" );
+        auto& ledger = state.ledger;
+        checkpointOfRanks( archive, comm(), "ledger/mass_in", ledger.mass_in );
+        checkpointOfRanks( archive, comm(), "ledger/mass_out",
+                           ledger.mass_out );
+        checkpointOfRanks( archive, comm(), "ledger/energy_in",
+                           ledger.energy_in );
         _time_step.checkpoint( archive );
         _balancer.checkpoint( archive );
         state.decomposition.checkpoint( archive );
@@ -109,9 +111,7 @@ class TimeLoop : public SceneRun<Dim>
         }
         if ( !archive.isReading() )
             return;
-        // What was recorded together is one rank's from here on, and rows go
-        // to the ranks that now have their cells.
-        state.ledger = comm().isRoot() ? ledger : Ledger{};
+        // Rows go to the ranks that now have their cells.
         if ( comm().size() > 1 )
             layOut();
         migrateAll();

@@ -352,8 +352,8 @@ class Checker
             checkImposed( imposed );
     }
 
-    //! Is there gas that no boundary gives its state? \param imposed layers of
-    //! cells at each side
+    //! Layers that the domain has no room for. \param imposed of cells at each
+    //! side
     void checkImposed( const std::vector<int>& imposed )
     {
         const auto names = sideNames( _dimension );
@@ -365,7 +365,7 @@ class Checker
                                    .get<std::int64_t>();
             const std::int64_t lower = imposed[2 * axis];
             const std::int64_t upper = imposed[2 * axis + 1];
-            if ( lower + upper >= cells )
+            if ( lower + upper > cells )
                 error( "/boundary",
                        fmt::format( "{} and {} keep {} layers of cells in a "
                                     "state of their own, and there are {}; "

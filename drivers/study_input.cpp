@@ -156,14 +156,15 @@ class Reader
             for ( const auto& message : error.messages() )
                 fail( "/input", message );
         }
+        if ( _input.is_null() )
+            return;
+        // Settings go into objects that are there.
+        if ( !_scene.contains( "method" ) )
+            _scene["method"] = Json::object();
         // Of a study's runs the summary is wanted; how much is written, and
         // how often, would be part of the time.
+        _scene["output"] = { { "particles", false }, { "grid", false } };
         _scene.erase( "checkpoint" );
-        // Settings go into objects that are there.
-        if ( !_input.is_null() && !_scene.contains( "method" ) )
-            _scene["method"] = Json::object();
-        if ( !_input.is_null() )
-            _scene["output"] = { { "particles", false }, { "grid", false } };
     }
 
     //! Reports what each setting by itself makes wrong. Conflicts between

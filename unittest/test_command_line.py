@@ -399,8 +399,8 @@ class WrongInput(CommandLineTest):
 
     def test_states_that_nobody_would_see(self):
         for scene, key, place in [
-                ("cylinder_mach3", "boundary[0].buffer=400",
-                 "/boundary: x_lower and x_upper keep 400 layers of cells"),
+                ("cylinder_mach3", "boundary[0].buffer=401",
+                 "/boundary: x_lower and x_upper keep 401 layers of cells"),
                 ("kelvin_helmholtz", "initial[0].lower=0.75",
                  "/initial/0: upper must be greater than lower"),
                 ("two_blasts", "initial[0].left_end=0.9",
