@@ -5,6 +5,7 @@
 #include <drivers/study_input.hpp>
 
 #include <drivers/input.hpp>
+#include <drivers/input_conflicts.hpp>
 #include <drivers/study_effects.hpp>
 #include <drivers/study_fit.hpp>
 #include <drivers/study_probe.hpp>
