@@ -285,20 +285,21 @@ class ExactSolution
 };
 
 /*!
-  \brief The exact solution that an input names.
+  \brief The exact solution that an input names. Of several of
+  the type named it is the last that fills the domain, or else the last.
 
-  - `riemann`: the first `riemann` of `initial`, in the gas of `physics`;
-  - `uniform`: the first `uniform` of `initial`, everywhere and for ever;
-  - `hydrostatic`: the first `hydrostatic` of `initial`, a column at rest;
-  - `piston_shock`: the first `uniform` of `initial`, into which a piston moves
+  - `riemann`: the `riemann` of `initial`, in the gas of `physics`;
+  - `uniform`: the `uniform` of `initial`, everywhere and for ever;
+  - `hydrostatic`: the `hydrostatic` of `initial`, a column at rest;
+  - `piston_shock`: the `uniform` of `initial`, into which a piston moves
     with constant velocity;
-  - `acoustic_wave`: the first `acoustic_wave` of `initial`, while it is smooth;
-  - `isentropic_vortex`: the first one of `initial`, carried along by its stream
+  - `acoustic_wave`: the `acoustic_wave` of `initial`, while it is smooth;
+  - `isentropic_vortex`: the one of `initial`, carried along by its stream
     and through the sides that are periodic;
-  - `noh`: the first `noh` of `initial`, in infinite space;
-  - `sedov`: the first `blast` of `initial`, set free at a point of uniform gas
+  - `noh`: the `noh` of `initial`, in infinite space;
+  - `sedov`: the `blast` of `initial`, set free at a point of uniform gas
     without pressure; outside the shock that gas as it is;
-  - `viscous_shock`: the first one of `initial`, in infinite space.
+  - `viscous_shock`: the one of `initial`, in infinite space.
 
   \param resolved_input A whole input, checked, with its defaults filled in.
   \return Null if the input has no `exact`.

@@ -77,10 +77,13 @@ SedovSolution::Profile SedovSolution::profile( double w ) const
     const double x4 = ( g + 1 ) / ( g - 1 ) * ( 1 - 0.5 * size * V );
     const double radius =
         std::pow( x1, -a0 ) * std::pow( x2, -a2 ) * std::pow( x3, -a1 );
+    // As one exponential: near gamma = 2 factors overflow whose product is
+    // moderate.
+    const double log3 = std::log( x3 ), log4 = std::log( x4 );
     return { radius, x1 * radius,
-             std::pow( x2, a3 ) * std::pow( x3, a4 ) * std::pow( x4, a5 ),
-             std::pow( x1, a0 * j ) * std::pow( x3, a4 - 2 * a1 ) *
-                 std::pow( x4, 1 + a5 ) };
+             std::exp( a3 * std::log( x2 ) + a4 * log3 + a5 * log4 ),
+             std::exp( a0 * j * std::log( x1 ) + ( a4 - 2 * a1 ) * log3 +
+                       ( 1 + a5 ) * log4 ) };
 }
 
 //! Inverts radius( w ), which grows like a power of w near the centre, so that

@@ -14,13 +14,35 @@
 namespace Machpoint
 {
 
+namespace
+{
+
+//! The order p of errors C h^p, by bisection of (b^p - 1) / (1 - a^-p), which
+//! grows with p. \param quotient far / near \param ratio a \param far_ratio b
+double observedOrder( const double quotient, const double ratio,
+                      const double far_ratio )
+{
+    const double a = std::log( ratio ), b = std::log( far_ratio );
+    double low = -20, high = 20; // no scheme's
+    for ( int k = 0; k < 80; ++k )
+    {
+        const double p = 0.5 * ( low + high );
+        const double expected =
+            p == 0 ? b / a : std::expm1( p * b ) / -std::expm1( -p * a );
+        ( expected < quotient ? low : high ) = p;
+    }
+    return high;
+}
+
+} // namespace
+
 Extrapolation extrapolate( const double near, const std::optional<double> far,
-                           const double ratio )
+                           const double ratio, const double far_ratio )
 {
     Extrapolation result;
     if ( far && *far > 0 && near > 0 )
     {
-        result.observed = std::log( *far / near ) / std::log( ratio );
+        result.observed = observedOrder( *far / near, ratio, far_ratio );
         result.order =
             std::clamp( *result.observed, lowest_order, highest_order );
     }
@@ -97,7 +119,7 @@ void requireCompanions( const Json& input )
     if ( 2 * resolution( coarse ) > resolution( input ) + 1 )
         throw InputError( { "/grid/cells: --estimate-error runs the scene on "
                             "half the cells, too, and these are too few for "
-                            "that; take 8 or more along an axis" } );
+                            "that; take 7 or more along an axis" } );
     // The velocities of all nodes are gathered on the root.
     double bytes = sizeof( Real ) * input.at( "grid" ).at( "cells" ).size();
     for ( const double cells : input.at( "grid" ).at( "cells" ) )
@@ -145,8 +167,13 @@ Json estimateError( const Json& input, const GridData& fine, const double time,
     std::vector<FieldDifference> far;
     if ( quarter.fields )
         far = fieldDifferences( *quarter.fields, *half.fields, quarter.input );
-    const double ratio = static_cast<double>( resolution( input ) ) /
-                         static_cast<double>( resolution( half.input ) );
+    auto ratioOf = []( const Json& finer, const Json& coarser )
+    {
+        return static_cast<double>( resolution( finer ) ) /
+               static_cast<double>( resolution( coarser ) );
+    };
+    const double ratio = ratioOf( input, half.input );
+    const double far_ratio = ratioOf( half.input, quarter.input );
     const double rest = restVelocity( near, input );
     for ( std::size_t f = 0; f < near.size(); ++f )
     {
@@ -165,7 +192,7 @@ Json estimateError( const Json& input, const GridData& fine, const double time,
         std::optional<double> farther;
         if ( !far.empty() )
             farther = far[f].error.L1;
-        const auto e = extrapolate( error.L1, farther, ratio );
+        const auto e = extrapolate( error.L1, farther, ratio, far_ratio );
         field["L1"] = e.error;
         field["relative"] = e.error / size;
         field["order"] = e.order;

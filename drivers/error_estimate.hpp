@@ -25,16 +25,18 @@ struct Extrapolation
 /*!
   \brief Richardson's extrapolation: error = near / (ratio^p - 1).
 
-  Three grids show the order, p = log( far / near ) / log( ratio ), which is
+  Three grids show the order: far / near = ratio^p (far_ratio^p - 1) /
+  (ratio^p - 1), that is ratio^p where both ratios are the same. It is
   believed between lowest_order and highest_order (as Eca and Hoekstra 2014 do,
   J. Comput. Phys. 262); with two it is taken to be 1, as at shocks and
   contacts.
   \param near how far the next coarser grid is from the finest
   \param far how far the coarsest is from that one; none without it
-  \param ratio of the spacings of two neighbouring grids, > 1
+  \param ratio of the spacings of the finer two grids, > 1
+  \param far_ratio of those of the coarser two, > 1
 */
-Extrapolation extrapolate( double near, std::optional<double> far,
-                           double ratio );
+Extrapolation extrapolate( double near, std::optional<double> far, double ratio,
+                           double far_ratio );
 
 /*!
   \brief Can companion runs be made of this input? Collective.

@@ -72,18 +72,31 @@ class ExactDoubts
   private:
     std::string type() const { return _input.at( "exact" ).at( "type" ); }
 
-    //! An effect that diffuses, where the solution has something to diffuse
-    //! and is of gas that does not.
+    //! Gravity, but of gas that stands in it, or an effect that diffuses,
+    //! where the solution has something to diffuse and is of gas that does not.
     std::string unknownToExact() const
     {
         const auto solution = type();
-        if ( solution == "viscous_shock" || solution == "uniform" ||
-             solution == "hydrostatic" )
-            return "";
+        const bool stands = solution == "hydrostatic";
+        const bool diffuses =
+            solution == "viscous_shock" || solution == "uniform" || stands;
+        auto acts = []( const Json& effect, const char* key )
+        { return effect.at( key ) != 0; };
         for ( const auto& effect : _input.at( "physics" ) )
-            for ( const char* name : { "viscosity", "heat_conduction" } )
-                if ( effect.at( "type" ) == name )
-                    return name;
+        {
+            const auto name = effect.at( "type" ).get<std::string>();
+            const bool is_felt =
+                name == "gravity"
+                    ? !stands && effect.at( "acceleration" ) !=
+                                     Json( std::vector<double>( Dim, 0.0 ) )
+                : name == "viscosity"
+                    ? !diffuses &&
+                          ( acts( effect, "shear" ) || acts( effect, "bulk" ) )
+                    : name == "heat_conduction" && !diffuses &&
+                          acts( effect, "conductivity" );
+            if ( is_felt )
+                return name;
+        }
         return "";
     }
 
@@ -206,7 +219,7 @@ class ExactDoubts
             x[axis] = side % 2 ? grid.lower[axis] : grid.upper[axis];
             return areSame( gas, at( x, t ) );
         }
-        return areSame( gas, gasBeyond<Dim>( _input, side, x, gas ) );
+        return areSame( gas, gasBeyond<Dim>( _input, side, x, gas, _law ) );
     }
 
     //! Does the gas within a cell of a body not go through its surface?

@@ -100,25 +100,41 @@ inline double soundSpeed( const GasState& gas, const GasLaw& law )
                       gas.density );
 }
 
-//! What gas a side shows to the gas at it; that gas itself where nobody knows.
-//! \param input resolved \param x on the side [Dim]
+//! What gas a boundary shows to the gas at a side of its own; that gas itself
+//! where nobody knows, and where it leaves an open side faster than sound and
+//! meets no cells that the boundary keeps in a state.
+inline GasState gasBeyond( const Json& entry, const InputHooks& hooks,
+                           const SideClaim& claim, const GasState& gas,
+                           const GasLaw& law )
+{
+    const int axis = claim.side / 2;
+    const double out = ( claim.side % 2 ? 1 : -1 ) * gas.velocity[axis];
+    const bool is_felt = claim.kind != SideKind::open || hooks.imposedCells ||
+                         !( out >= soundSpeed( gas, law ) );
+    return hooks.beyond && is_felt ? hooks.beyond( entry, claim.side, gas )
+                                   : gas;
+}
+
+//! The same of whatever boundary is at a place. \param input resolved
+//! \param x on the side [Dim]
 template <int Dim>
 GasState gasBeyond( const Json& input, const int side, const Vector<Dim>& x,
-                    const GasState& gas )
+                    const GasState& gas, const GasLaw& law )
 {
     for ( const auto& entry : input.at( "boundary" ) )
     {
         const auto sides = sidesOf( entry, Dim );
-        const auto& beyond = boundaryHooks( entry, Dim ).beyond;
+        const auto claim = std::find_if( sides.begin(), sides.end(),
+                                         [side]( const SideClaim& any )
+                                         { return any.side == side; } );
         const bool is_here =
-            std::any_of( sides.begin(), sides.end(),
-                         [side]( const SideClaim& claim )
-                         { return claim.side == side; } ) &&
+            claim != sides.end() &&
             ( !entry.contains( "region" ) ||
               makeShape<Dim, Kokkos::HostSpace>( entry.at( "region" ) )
                       .distance( x ) < 0 );
-        if ( is_here && beyond )
-            return beyond( entry, side, gas );
+        if ( is_here )
+            return gasBeyond( entry, boundaryHooks( entry, Dim ), *claim, gas,
+                              law );
     }
     return gas;
 }

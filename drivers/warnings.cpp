@@ -72,8 +72,8 @@ class Survey
         {
             sample();
             facts.least_speed = _least_speed;
-            facts.is_undisturbed =
-                _first && _is_uniform && !sidesDisturb() && !isNoisy();
+            facts.is_undisturbed = _first && _is_uniform && !mayHide() &&
+                                   !sidesDisturb() && !isNoisy();
             facts.shock = findShock();
         }
         const auto& method = _input.at( "method" );
@@ -183,6 +183,16 @@ class Survey
             } );
     }
 
+    //! May samples that are farther apart than cells miss a small region?
+    bool mayHide() const
+    {
+        const auto& entries = _input.at( "initial" );
+        return _grid.cells != makeGrid<Dim>( _input ).cells &&
+               std::any_of( entries.begin(), entries.end(),
+                            []( const Json& entry )
+                            { return entry.contains( "region" ); } );
+    }
+
     //! Would sides or bodies disturb the gas, were it uniform?
     bool sidesDisturb() const
     {
@@ -203,10 +213,11 @@ class Survey
                 const auto sides = sidesOf( entry, Dim );
                 return std::any_of(
                     sides.begin(), sides.end(),
-                    [&]( const SideClaim& claim ) {
+                    [&]( const SideClaim& claim )
+                    {
                         return !areSame(
                             *_first,
-                            hooks.beyond( entry, claim.side, *_first ) );
+                            gasBeyond( entry, hooks, claim, *_first, *_law ) );
                     } );
             } );
     }
@@ -312,8 +323,9 @@ class Survey
             {
                 auto side = x;
                 side[axis] = upper ? _grid.upper[axis] : _grid.lower[axis];
-                const auto beyond = gasBeyond<Dim>(
-                    _input, 2 * axis + ( upper ? 1 : 0 ), side, _gas[flat] );
+                const auto beyond =
+                    gasBeyond<Dim>( _input, 2 * axis + ( upper ? 1 : 0 ), side,
+                                    _gas[flat], *_law );
                 const double strength =
                     upper ? strongest( _gas[flat], beyond, axis )
                           : strongest( beyond, _gas[flat], axis );
@@ -388,22 +400,12 @@ Findings surveyInput( const Json& input )
     }
 }
 
-} // namespace
-
-std::vector<std::string> findWarnings( const Json& input )
+//! What effects say of the scene, those that it leaves out, too.
+template <class Factories>
+void addRemarks( const Factories& factories, const Json& input,
+                 const FlowFacts& facts, std::vector<std::string>& warnings )
 {
-    checkSides( input );
-    auto [facts, warnings] = surveyInput( input );
-    if ( const double cfl = input.at( "time" ).at( "cfl" ); cfl > largest_cfl )
-        warnings.push_back( fmt::format(
-            "/time/cfl: {:g} is more than all hard cases were run with: with "
-            "midpoint they repeat 8 steps at 0.8, 15 at 1 and 288 at {:g} "
-            "(docs/method.md, section 6), and symplectic and other methods "
-            "stand less in some scenes (docs/stability.md); take {:g} or less",
-            cfl, largest_cfl, largest_cfl ) );
-    for ( const auto& doubt : findExactDoubts( input ) )
-        warnings.push_back( doubt );
-    for ( const auto& factory : physicsModules<3>() )
+    for ( const auto& factory : factories )
     {
         if ( !factory.input.remark )
             continue;
@@ -419,6 +421,34 @@ std::vector<std::string> findWarnings( const Json& input )
         const auto remark = factory.input.remark( entry, facts );
         if ( !remark.empty() )
             warnings.push_back( fmt::format( "{}: {}", place, remark ) );
+    }
+}
+
+} // namespace
+
+std::vector<std::string> findWarnings( const Json& input )
+{
+    checkSides( input );
+    auto [facts, warnings] = surveyInput( input );
+    if ( const double cfl = input.at( "time" ).at( "cfl" ); cfl > largest_cfl )
+        warnings.push_back( fmt::format(
+            "/time/cfl: {:g} is more than all hard cases were run with: with "
+            "midpoint they repeat 8 steps at 0.8, 15 at 1 and 288 at {:g} "
+            "(docs/method.md, section 6), and symplectic and other methods "
+            "stand less in some scenes (docs/stability.md); take {:g} or less",
+            cfl, largest_cfl, largest_cfl ) );
+    for ( const auto& doubt : findExactDoubts( input ) )
+        warnings.push_back( doubt );
+    switch ( input.at( "dimension" ).get<int>() )
+    {
+    case 1:
+        addRemarks( physicsModules<1>(), input, facts, warnings );
+        break;
+    case 2:
+        addRemarks( physicsModules<2>(), input, facts, warnings );
+        break;
+    default:
+        addRemarks( physicsModules<3>(), input, facts, warnings );
     }
     return warnings;
 }

@@ -47,15 +47,19 @@ class Gravity : public Module<Dim>
             if ( state.contains( "gravity" ) )
             {
                 const auto axis = state.at( "axis" ).get<std::string>();
-                const std::size_t d = axis[0] - 'x';
-                const double due = state.at( "gravity" );
-                const double real = d < g.size() ? g[d].get<double>() : 0.0;
-                if ( std::abs( real - due ) > 1e-6 * std::abs( due ) )
-                    return fmt::format(
-                        "the gas of {} is in balance with a gravity of {} "
-                        "along {}, and the scene has {}; give both the same",
-                        state.at( "type" ).get<std::string>(), due, axis,
-                        real );
+                const double whole = state.at( "gravity" );
+                for ( int d = 0; d < Dim; ++d )
+                {
+                    const double due = d == axis[0] - 'x' ? whole : 0;
+                    const double real = entry ? g[d].get<double>() : 0.0;
+                    if ( std::abs( real - due ) > 1e-6 * std::abs( whole ) )
+                        return fmt::format(
+                            "the gas of {} is in balance with a gravity of {} "
+                            "along {}, and the scene has {}; give both the "
+                            "same",
+                            state.at( "type" ).get<std::string>(), due,
+                            "xyz"[d], real );
+                }
             }
         // Weight changes the pressure by the order of (1 / Fr)^2 of itself and
         // the velocity by |g| T / U. Round-off, 1e-16 a step (6e-8 in single

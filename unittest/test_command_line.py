@@ -1359,6 +1359,24 @@ class Warnings(unittest.TestCase):
         line, = doubts("sod", 'physics=[{"type": "ideal_gas"}, {"type": '
                        '"viscosity", "shear": 1e-3}]')
         self.assertIn("the riemann solution knows no viscosity", line)
+        self.assertEqual(doubts("sod", 'physics=[{"type": "ideal_gas"}, {"type": '
+                                '"viscosity", "shear": 0}]'), [])
+        # Weight, of all but gas that stands in it.
+        line, = doubts("sod", 'physics=[{"type": "ideal_gas"}, {"type": '
+                       '"gravity", "acceleration": [1]}]')
+        self.assertIn("the riemann solution knows no gravity", line)
+        self.assertEqual(doubts("gravity_column"), [])
+        # Gas that leaves faster than sound does not feel what is beyond.
+        stream = [{"type": "inflow", "side": "x_lower", "density": 1.4,
+                   "velocity": [3], "pressure": 1},
+                  {"type": "outflow", "side": "x_upper", "pressure": 1}]
+        gas = {"type": "uniform", "density": 1.4, "pressure": 1}
+        for velocity, number in (3, 0), (0.5, 1):
+            stream[0]["velocity"] = [velocity]
+            self.assertEqual(len(doubts(
+                "translation", "dimension=1", 'grid={"lower":[0],"upper":[1],'
+                '"cells":[50]}', "boundary=" + json.dumps(stream), "initial="
+                + json.dumps([{**gas, "velocity": [velocity]}]))), number)
         # A body in a stream, and one in gas at rest.
         for scene, expected in [("translation_2d", 1), ("gas_at_rest_2d", 0)]:
             boundary = json.loads(
@@ -1390,6 +1408,15 @@ class Warnings(unittest.TestCase):
             with self.subTest(change=change):
                 self.assertEqual(self.warnings("translation_2d", change), [])
 
+    def test_a_region_between_the_samples(self):
+        gas = {"type": "uniform", "density": 1.4, "velocity": [0, 0]}
+        ball = {"type": "sphere", "center": [0.5, 0.5], "radius": 0.001}
+        initial = json.dumps([{**gas, "pressure": 1},
+                              {**gas, "pressure": 1000, "region": ball}])
+        self.assertEqual(self.warnings("gas_at_rest_2d", "grid.cells=[2000,2000]",
+                                       f"initial={initial}"), [])
+        self.assertEqual(len(self.warnings("gas_at_rest_2d")), 1)
+
     def test_gravity(self):
         def uniform(g):
             return self.warnings(
@@ -1410,6 +1437,8 @@ class Warnings(unittest.TestCase):
         line, = self.warnings("rayleigh_taylor",
                               "physics.1.acceleration=[0,0.1]")
         self.assertIn("/physics/1: the gas of rayleigh_taylor", line)
+        line, = self.warnings("buoyancy", "physics.1.acceleration=[0.5,-1]")
+        self.assertIn("with a gravity of 0 along x, and the scene has 0.5", line)
 
 
 if __name__ == "__main__":

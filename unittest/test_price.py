@@ -194,7 +194,7 @@ class EstimatedError(PriceTest):
 
     def test_too_few_cells(self):
         for cells, ranks, text in [
-                (6, 1, "take 8 or more along an axis"),
+                (6, 1, "take 7 or more along an axis"),
                 (20, 4, "--estimate-error runs the scene with 10 cells")]:
             with self.subTest(cells=cells):
                 result = self.machpoint(

@@ -967,6 +967,23 @@ TEST( Exact, Sedov )
 
         input["physics"][0]["gamma"] = 2;
         EXPECT_THROW( makeExact( input ), std::invalid_argument );
+        // Beside it factors overflow, and the gas is that between its
+        // neighbours'.
+        const auto radiusOf = [&]( const double gamma ) {
+            return SedovSolution( j, energy[j - 1], 1, gamma ).shockRadius( 1 );
+        };
+        const double mean = 0.5 * ( radiusOf( 1.99 ) + radiusOf( 2.01 ) );
+        for ( const double away : { -1e-3, -1e-5, 1e-5, 1e-3 } )
+        {
+            EXPECT_NEAR( radiusOf( 2 + away ), mean, 1e-3 * mean );
+            const SedovSolution blast( j, energy[j - 1], 1, 2 + away );
+            const double r = 0.5 * blast.shockRadius( 1 );
+            const auto inside = blast.inside( r, 1 );
+            const auto near =
+                SedovSolution( j, energy[j - 1], 1, 1.99 ).inside( r, 1 );
+            EXPECT_NEAR( inside.density, near.density, 0.05 * near.density );
+            EXPECT_NEAR( inside.pressure, near.pressure, 0.05 * near.pressure );
+        }
     }
 }
 

@@ -292,6 +292,18 @@ TEST( Initial, blastAddsItsEnergy )
     }
 }
 
+//! Beyond periodic sides a blast goes on.
+TEST( Initial, blastHasImages )
+{
+    auto input = box( 2, 20, 2, "apic", "quadratic", "periodic" );
+    input["initial"] = Json::array( { { { "type", "blast" },
+                                        { "center", { 0, 1 } },
+                                        { "radius", 0.05 },
+                                        { "energy", 0.3 } } } );
+    EXPECT_NEAR( simulate( input )->totals().internal, 1e-5 / 0.4 + 0.3,
+                 tolerance( 1e-11 ) );
+}
+
 //! What the particles get: the gradient, and no gas outside of regions.
 TEST( Initial, particlesGetTheGradient )
 {

@@ -280,20 +280,26 @@ TEST( Study, ErrorsAreExtrapolatedWithTheOrderThatThreeGridsShow )
     for ( const double p : { 0.8, 1.0, 2.0 } )
     {
         const double near = std::pow( 2, p ) - 1;
-        const auto e = extrapolate( near, near * std::pow( 2, p ), 2 );
+        const auto e = extrapolate( near, near * std::pow( 2, p ), 2, 2 );
         ASSERT_TRUE( e.observed );
         EXPECT_NEAR( *e.observed, p, round_off );
         EXPECT_NEAR( e.error, 1, 10 * round_off );
+        // Of 50, 25 and 13 cells, say, whose ratios differ.
+        const double b = 25.0 / 13;
+        const auto uneven = extrapolate(
+            near, std::pow( 2, p ) * ( std::pow( b, p ) - 1 ), 2, b );
+        EXPECT_NEAR( *uneven.observed, p, 10 * round_off );
+        EXPECT_NEAR( uneven.error, 1, 100 * round_off );
     }
     // Two grids: first order.
-    EXPECT_NEAR( extrapolate( 3, std::nullopt, 2 ).error, 3, round_off );
-    EXPECT_NEAR( extrapolate( 3, std::nullopt, 2.5 ).error, 2, round_off );
-    EXPECT_FALSE( extrapolate( 3, std::nullopt, 2 ).observed );
+    EXPECT_NEAR( extrapolate( 3, std::nullopt, 2, 2 ).error, 3, round_off );
+    EXPECT_NEAR( extrapolate( 3, std::nullopt, 2.5, 2 ).error, 2, round_off );
+    EXPECT_FALSE( extrapolate( 3, std::nullopt, 2, 2 ).observed );
     // What is beyond belief is shown, but not used.
-    auto e = extrapolate( 1, 16, 2 );
+    auto e = extrapolate( 1, 16, 2, 2 );
     EXPECT_NEAR( *e.observed, 4, round_off );
     EXPECT_NEAR( e.error, 1.0 / 3, round_off );
-    e = extrapolate( 1, 0.5, 2 );
+    e = extrapolate( 1, 0.5, 2, 2 );
     EXPECT_NEAR( *e.observed, -1, round_off );
     EXPECT_NEAR( e.error, 1 / ( std::sqrt( 2 ) - 1 ), 10 * round_off );
 }

@@ -63,7 +63,7 @@ class Blast : public InitialState
     //! \throws std::invalid_argument without a known gas law
     Blast( const Json& json, const SceneFacts& scene )
         : _json( json ), _center( toVector3( json.at( "center" ) ) ),
-          _radius( json.at( "radius" ) )
+          _periods( periodsOf( scene.input ) ), _radius( json.at( "radius" ) )
     {
         const double energy = json.at( "energy" );
         _peak_pressure =
@@ -96,16 +96,18 @@ class Blast : public InitialState
             gas.velocity = toVector3( _json.at( "velocity" ) );
             gradient = {};
         }
-        double square = 0;
+        auto r = x; // from the nearest image of the centre
         for ( int d = 0; d < 3; ++d )
-            square += ( x[d] - _center[d] ) * ( x[d] - _center[d] );
-        gas.pressure +=
-            _peak_pressure * Kokkos::exp( -0.5 * square / _radius / _radius );
+            r[d] -= _center[d];
+        r = toNearestImage( r, _periods );
+        gas.pressure += _peak_pressure * Kokkos::exp( -0.5 * dot<3>( r, r ) /
+                                                      _radius / _radius );
     }
 
   private:
     Json _json;
     Vector3 _center;
+    Vector3 _periods;
     double _radius;
     double _peak_pressure;
 };
